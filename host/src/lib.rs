@@ -1,0 +1,3 @@
+//! The hosted side of varsac.
+pub mod error;
+pub mod image;
