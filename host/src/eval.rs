@@ -10,6 +10,8 @@ pub mod criteria;
 pub mod matching;
 pub mod statistics;
 
+use varsac_core::Ellipsoid;
+
 /// An ellipsoid in double precision: ground truth, or the result of a baseline.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EllipsoidF64 {
@@ -48,6 +50,18 @@ impl EllipsoidF64 {
         std::array::from_fn(|k| {
             self.centre_mm[k] + (p[k] * body_mm[0] + q[k] * body_mm[1] + r[k] * body_mm[2])
         })
+    }
+}
+
+impl From<&Ellipsoid> for EllipsoidF64 {
+    /// The same numbers, widened.
+    fn from(ellipsoid: &Ellipsoid) -> Self {
+        let centre = ellipsoid.centre;
+        Self {
+            centre_mm: [centre.x, centre.y, centre.z].map(f64::from),
+            semi_axes_mm: ellipsoid.semi_axes.map(f64::from),
+            axes: ellipsoid.axes.map(|axis| axis.map(f64::from)),
+        }
     }
 }
 

@@ -74,7 +74,8 @@ impl ClosestPoint {
             let (sum, slope) = self.sum_at(tau, numerator);
             let next = tau + (sum.sqrt() - 1.0) * sum / slope;
             // Rounding ends the climb (and NaN, from a point that is not finite, ends it at once).
-            if !(next > tau * (1.0 + 2.0 * f64::EPSILON)) {
+            let climbs = next > tau * (1.0 + 2.0 * f64::EPSILON);
+            if !climbs {
                 break;
             }
             tau = next;

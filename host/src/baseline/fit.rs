@@ -28,8 +28,9 @@ pub fn fit(points: impl ExactSizeIterator<Item = [f64; 3]> + Clone) -> Option<El
         .clone()
         .map(|p| offset(p).into_iter().fold(0.0, |m: f64, v| m.max(v.abs())))
         .fold(0.0, f64::max);
-    // Written so that NaN fails it.
-    if !(extent > 0.0) {
+    // False for NaN too.
+    let has_extent = extent > 0.0;
+    if !has_extent {
         return None;
     }
     let quadric = least_squares(points.map(|p| offset(p).map(|v| v / extent)))?;
@@ -76,8 +77,9 @@ fn ellipsoid_of(q: &SVector<f64, UNKNOWNS>) -> Option<([f64; 3], [f64; 3], [[f64
     let i1 = a11 + a22 + a33;
     let i2 = c11 + c22 + c33;
     let i3 = a11 * c11 + half_a12 * c12 + half_a13 * c13;
-    // Written so that NaN fails it.
-    if !(i1 > 0.0 && i2 > 0.0 && i3 > 0.0) {
+    // False for NaN too.
+    let is_ellipsoid = i1 > 0.0 && i2 > 0.0 && i3 > 0.0;
+    if !is_ellipsoid {
         return None;
     }
     // Eq. (10) by the cofactors.
@@ -88,7 +90,8 @@ fn ellipsoid_of(q: &SVector<f64, UNKNOWNS>) -> Option<([f64; 3], [f64; 3], [[f64
     ];
     // I4 / I3 is the value of the quadric at its centre.
     let i4_over_i3 = a44 + (half_a14 * centre[0] + half_a24 * centre[1] + half_a34 * centre[2]);
-    if !(i4_over_i3 < 0.0) {
+    let is_real = i4_over_i3 < 0.0;
+    if !is_real {
         return None;
     }
     let leading = Matrix3::new(a11, half_a12, half_a13, half_a12, a22, half_a23, half_a13, half_a23, a33);

@@ -43,8 +43,9 @@ fn normal_of(points: impl ExactSizeIterator<Item = [f64; 3]> + Clone) -> [f64; 3
     let mut order = [0, 1, 2];
     order.sort_by(|&i: &usize, &j: &usize| eigen.eigenvalues[i].total_cmp(&eigen.eigenvalues[j]));
     let [least, second, most] = order;
-    // Written so that NaN fails it.
-    if !(eigen.eigenvalues[second] > LINE_RATIO * eigen.eigenvalues[most]) {
+    // False for NaN too.
+    let spans_a_plane = eigen.eigenvalues[second] > LINE_RATIO * eigen.eigenvalues[most];
+    if !spans_a_plane {
         return [0.0; 3];
     }
     let axis = eigen.eigenvectors.column(least);

@@ -10,7 +10,8 @@ use super::closest::ClosestPoint;
 use super::fit::{UNKNOWNS, fit};
 use super::neighbours::NeighbourTree;
 use super::normals::normals;
-use crate::eval::{EllipsoidF64, dot, norm};
+use crate::eval::{EllipsoidF64, dot, norm, subtract};
+use varsac_core::Config;
 use varsac_core::rng::Stream;
 
 /// What the search is told. The defaults are the paper's Table 5 where it gives a value.
@@ -18,7 +19,7 @@ use varsac_core::rng::Stream;
 pub struct RansacOptions {
     /// r_s: points farther than this from the seed point are not sampled, millimetres. `None` samples the whole cloud.
     pub radius_mm: Option<f64>,
-    /// Least and greatest semi-axis of a valid ellipsoid, millimetres, both inclusive.
+    /// Semi-axes of a valid ellipsoid are longer than the first and shorter than the second, millimetres.
     pub semi_axis_limits_mm: [f64; 2],
     /// An inlier's distance from the ellipsoid is below this, millimetres.
     pub distance_mm: f64,
@@ -30,6 +31,12 @@ pub struct RansacOptions {
     pub confidence: f64,
     /// k_max: hypotheses for one target.
     pub max_trials: u32,
+    /// Least squares on the inliers of the best hypothesis, one after the other. The paper does one.
+    pub refits: u32,
+    /// A hypothesis with fewer inliers in its neighbourhood does not count, nor does a target.
+    pub min_inliers: usize,
+    /// A hypothesis that explains less of its neighbourhood than this does not count.
+    pub min_ratio: f64,
     /// Targets to look for.
     pub max_targets: usize,
 }
@@ -44,7 +51,29 @@ impl Default for RansacOptions {
             normal_neighbours: 12,
             confidence: 0.95,
             max_trials: 3000,
-            max_targets: 32,
+            refits: 1,
+            min_inliers: 20,
+            min_ratio: 0.0,
+            max_targets: 16,
+        }
+    }
+}
+
+impl From<&Config> for RansacOptions {
+    /// Everything the two methods share, so that they differ in sample size, score and precision only. Distance, cosine
+    /// and neighbours keep their defaults: scale the distance for clouds that are not in millimetres.
+    fn from(config: &Config) -> Self {
+        let radius = f64::from(config.radius);
+        Self {
+            radius_mm: radius.is_finite().then_some(radius),
+            semi_axis_limits_mm: [f64::from(config.semi_axis_min), f64::from(config.semi_axis_max)],
+            confidence: f64::from(config.confidence),
+            max_trials: config.max_trials,
+            refits: u32::from(config.refits),
+            min_inliers: usize::from(config.min_inliers),
+            min_ratio: f64::from(config.min_ratio),
+            max_targets: usize::from(config.max_targets),
+            ..Self::default()
         }
     }
 }
@@ -91,7 +120,10 @@ pub fn ransac(points: &[[f32; 3]], options: &RansacOptions, seed: u64) -> Vec<Ba
             options,
         };
         let Some(best) = search.run(&mut stream) else { break };
-        let (ellipsoid, members) = search.refined(best.ellipsoid);
+        let (ellipsoid, members) = search.refitted(best.ellipsoid);
+        if members.len() < options.min_inliers.max(1) {
+            break;
+        }
         targets.push(BaselineTarget {
             ellipsoid,
             inliers: members.iter().map(|&m| left[m as usize]).collect(),
@@ -99,7 +131,9 @@ pub fn ransac(points: &[[f32; 3]], options: &RansacOptions, seed: u64) -> Vec<Ba
             ..best
         });
         let mut is_member = vec![false; left.len()];
-        members.iter().for_each(|&m| is_member[m as usize] = true);
+        for &m in &members {
+            is_member[m as usize] = true;
+        }
         left = unmarked(&left, &is_member);
         left_normals = unmarked(&left_normals, &is_member);
     }
@@ -115,12 +149,13 @@ fn unmarked<T: Copy>(values: &[T], marked: &[bool]) -> Vec<T> {
 /// A ratio of 0 (or NaN) gives `max_trials`.
 pub fn trials(confidence: f64, inlier_ratio: f64, max_trials: u32) -> u32 {
     let all_good = inlier_ratio.powi(UNKNOWNS as i32);
-    if !(all_good > 0.0) {
-        return max_trials;
+    if all_good > 0.0 {
+        let count = libm::log1p(-confidence) / libm::log1p(-all_good.min(1.0));
+        // The cast saturates, and turns NaN (confidence 1 and ratio 1) into 0.
+        (count.ceil() as u32).clamp(1, max_trials.max(1))
+    } else {
+        max_trials
     }
-    let count = libm::log1p(-confidence) / libm::log1p(-all_good.min(1.0));
-    // The cast saturates, and turns NaN (confidence 1 and ratio 1) into 0.
-    (count.ceil() as u32).clamp(1, max_trials.max(1))
 }
 
 /// The search for one target in what is left of the cloud.
@@ -149,13 +184,14 @@ impl Search<'_> {
                 continue;
             }
             scored += 1;
-            let to_beat = best.as_ref().map_or(0, |b| b.neighbourhood_inliers);
+            let least = self.options.min_inliers.max(1);
+            let to_beat = best.as_ref().map_or(least - 1, |b| b.neighbourhood_inliers);
             let Some(inliers) = self.count_above(to_beat, &ellipsoid, &neighbourhood) else { continue };
-            needed = trials(
-                self.options.confidence,
-                inliers as f64 / neighbourhood.len() as f64,
-                self.options.max_trials,
-            );
+            let inlier_ratio = inliers as f64 / neighbourhood.len() as f64;
+            if inlier_ratio < self.options.min_ratio {
+                continue;
+            }
+            needed = trials(self.options.confidence, inlier_ratio, self.options.max_trials);
             best = Some(BaselineTarget {
                 ellipsoid,
                 inliers: Vec::new(),
@@ -169,16 +205,19 @@ impl Search<'_> {
         best.map(|best| BaselineTarget { trials: trial, scored, ..best })
     }
 
-    /// The final least squares on all inliers, and the inliers of its result. The model before it stays when the result
-    /// is no valid ellipsoid or has fewer points than determine one.
-    fn refined(&self, model: EllipsoidF64) -> (EllipsoidF64, Vec<u32>) {
-        let members = self.inliers(&model);
+    /// The final least squares on all inliers, and the inliers of its result. A result that is no valid ellipsoid is
+    /// dropped and ends the refits.
+    fn refitted(&self, model: EllipsoidF64) -> (EllipsoidF64, Vec<u32>) {
         let points = self.tree.points();
-        let refitted = fit(members.iter().map(|&i| points[i as usize])).filter(|e| self.has_valid_size(e));
-        if let Some(ellipsoid) = refitted {
-            let refitted_members = self.inliers(&ellipsoid);
-            if refitted_members.len() >= UNKNOWNS {
-                return (ellipsoid, refitted_members);
+        let (mut model, mut members) = (model, self.inliers(&model));
+        for _ in 0..self.options.refits {
+            let better = fit(members.iter().map(|&i| points[i as usize])).filter(|e| self.has_valid_size(e));
+            match better {
+                Some(better) if better != model => {
+                    model = better;
+                    members = self.inliers(&model);
+                }
+                _ => break,
             }
         }
         (model, members)
@@ -186,7 +225,7 @@ impl Search<'_> {
 
     fn has_valid_size(&self, ellipsoid: &EllipsoidF64) -> bool {
         let [least, greatest] = self.options.semi_axis_limits_mm;
-        ellipsoid.semi_axes_mm.iter().all(|semi_axis| (least..=greatest).contains(semi_axis))
+        ellipsoid.semi_axes_mm.iter().all(|&semi_axis| semi_axis > least && semi_axis < greatest)
     }
 
     /// Number of inliers if it is above `to_beat`. Counting stops when that cannot be reached any more.
@@ -252,7 +291,7 @@ impl<'a> Score<'a> {
             return false;
         }
         let on_surface = self.closest.of(body);
-        if !(norm(crate::eval::subtract(body, on_surface)) < limit) {
+        if norm(subtract(body, on_surface)) >= limit {
             return false;
         }
         let gradient: [f64; 3] = std::array::from_fn(|k| on_surface[k] * self.inverse_squares[k]);
@@ -265,7 +304,6 @@ impl<'a> Score<'a> {
 mod tests {
     use super::*;
     use crate::eval::attitude::{EQUAL_AXES_RATIO, axes_of_angles, axis_error_deg};
-    use crate::eval::subtract;
 
     /// Surface points with uniform noise of +-`noise_mm`, then as many clutter points in a box around them.
     fn scene(fruit: &[EllipsoidF64], on_each: u32, clutter: u32, noise_mm: f64) -> Vec<[f32; 3]> {
