@@ -60,6 +60,14 @@ impl Frame {
         Some(Self { left, top, width: right - left, height: bottom - top })
     }
 
+    /// Distance between the edges of two frames, pixels; 0 where they touch or overlap.
+    pub fn distance(&self, other: &Self) -> f64 {
+        let apart =
+            |a: f64, a_extent: f64, b: f64, b_extent: f64| (b - a - a_extent).max(a - b - b_extent).max(0.0);
+        let across = apart(self.left, self.width, other.left, other.width);
+        across.hypot(apart(self.top, self.height, other.top, other.height))
+    }
+
     /// Area shared with another frame, square pixels.
     pub fn overlap(&self, other: &Self) -> f64 {
         let shared =
@@ -129,6 +137,18 @@ impl Canvas {
         }
     }
 
+    /// Draws an opaque dot: what [`Self::stroke`] does with one position, without its overhead.
+    pub fn dot(&mut self, centre: Position, width_px: f64, colour: Colour) {
+        let reach = width_px / 2.0 + 0.5;
+        let Some([left, top, right, bottom]) = self.pixels_near(&[centre, centre], reach) else { return };
+        for v in top..=bottom {
+            for u in left..=right {
+                let distance = (u as f64 - centre.0).hypot(v as f64 - centre.1);
+                self.blend(u, v, colour, reach - distance);
+            }
+        }
+    }
+
     /// Draws a polyline on a dark rim, so that it shows on any background.
     pub fn stroke_with_halo(&mut self, line: &[Position], stroke: &Stroke) {
         let halo =
@@ -163,15 +183,16 @@ impl Canvas {
 
     /// First and last column and row of the pixels between two corners; nothing when all are outside the picture.
     fn clipped(&self, left: f64, top: f64, right: f64, bottom: f64) -> Option<[i64; 4]> {
-        // Casts saturate, so the comparison comes after clamping to the picture.
         let (last_u, last_v) = (self.image.width as f64 - 1.0, self.image.height as f64 - 1.0);
+        // `max` and `min` would take the other value for NaN: the whole picture.
+        let finite = [left, top, right, bottom].iter().all(|value| value.is_finite());
         let area = [
             left.floor().max(0.0),
             top.floor().max(0.0),
             right.ceil().min(last_u),
             bottom.ceil().min(last_v),
         ];
-        (area[0] <= area[2] && area[1] <= area[3]).then(|| area.map(|value| value as i64))
+        (finite && area[0] <= area[2] && area[1] <= area[3]).then(|| area.map(|value| value as i64))
     }
 
     fn pixels_near(&self, piece: &Segment, reach: f64) -> Option<[i64; 4]> {
@@ -192,7 +213,8 @@ impl Canvas {
                 } else {
                     0.0
                 };
-                let distance = (px - along * dx).hypot(py - along * dy);
+                let (off_x, off_y) = (px - along * dx, py - along * dy);
+                let distance = (off_x * off_x + off_y * off_y).sqrt();
                 let covered = ((reach - distance).clamp(0.0, 1.0) * 255.0).round() as u8;
                 let slot = &mut self.coverage[v as usize * self.image.width + u as usize];
                 *slot = covered.max(*slot);
@@ -289,6 +311,17 @@ mod tests {
     }
 
     #[test]
+    fn a_dot_is_a_stroke_of_one_position() {
+        let (mut dotted, mut stroked) = (black(30, 30), black(30, 30));
+        dotted.dot((14.3, 15.8), 7.5, WHITE);
+        stroked.stroke(&[(14.3, 15.8)], &Stroke::solid(7.5, WHITE));
+        let (dotted, stroked) = (dotted.finish(), stroked.finish());
+        assert!(dotted.pixels.iter().zip(&stroked.pixels).all(|(p, q)| p[0].abs_diff(q[0]) <= 1));
+        let area = std::f64::consts::PI * 7.5 * 7.5 / 4.0;
+        assert!((light(&dotted) / area - 1.0).abs() < 0.03);
+    }
+
+    #[test]
     fn a_translucent_polyline_has_no_dark_joints() {
         let mut canvas = black(40, 40);
         let stroke = Stroke { opacity: 0.5, ..Stroke::solid(6.0, WHITE) };
@@ -321,6 +354,9 @@ mod tests {
             Vec::new(),
         ] {
             canvas.stroke_with_halo(&line, &stroke);
+            for &position in &line[..line.len().min(1)] {
+                canvas.dot(position, 3.0, WHITE);
+            }
         }
         canvas.fill(&Frame { left: 30.0, top: 30.0, width: 5.0, height: 5.0 }, 1.0, WHITE, 1.0);
         assert_eq!(light(&canvas.finish()), 0.0);

@@ -1,8 +1,7 @@
 //! A picture of a cloud that has none: three orthographic views side by side, points coloured by target.
 //!
-//! Front (along z, as the camera sees it), top (along y) and side (along x), all at the same scale, third-angle: what
-//! lies left in the front view lies left in the top view. The views cover nearly all points and all targets; stray
-//! points far out are cut off and not allowed to shrink the rest.
+//! Front (along z, as the camera sees it), side (along x) and top (along y), all at the same scale. The views cover
+//! nearly all points and all targets; stray points far out are cut off and not allowed to shrink the rest.
 
 use super::canvas::{Canvas, Colour, Frame, Position, Stroke};
 use super::label;
@@ -17,7 +16,7 @@ const SIZE: (usize, usize) = (1920, 840);
 const BACKGROUND: Colour = [34, 37, 42];
 
 /// Share of the points at either end of each coordinate that may be cut off.
-const CUT: f64 = 0.005;
+const CUT: f64 = 0.02;
 
 /// One of the three views: which coordinates go right and down, and which way it looks.
 struct Projection {
@@ -44,7 +43,7 @@ pub fn draw_cloud(
     captions: &[&str],
 ) -> ColourImage {
     let mut canvas = Canvas::new(ColourImage::filled(SIZE.0, SIZE.1, BACKGROUND));
-    let scale = Scale::of(SIZE.0, SIZE.1);
+    let scale = Scale::of(SIZE.0, SIZE.1, overlays.len());
     let ranges = [0, 1, 2].map(|axis| range(points, overlays, axis));
     let width = SIZE.0 as f64 / 3.0;
     // One scale for all: the largest at which each view fits into its third, margins included.
@@ -66,7 +65,7 @@ pub fn draw_cloud(
         let outlines: Vec<Vec<Position>> =
             overlays.iter().map(|overlay| draw_target(&mut canvas, overlay, &view, &scale)).collect();
         if place == 0 {
-            label::draw_labels(&mut canvas, &labels(overlays, &outlines), &scale);
+            label::draw_labels(&mut canvas, &labels(overlays, &outlines, &scale), &panel, &scale);
         }
         canvas.fill(&Frame { left: panel.left - 1.0, width: 2.0, ..panel }, 0.0, DARK, 1.0);
         scale.font.draw(&mut canvas, (panel.left + 16.0, 10.0), projection.name, TEXT);
@@ -130,7 +129,7 @@ fn draw_points(
         let brightness = 0.55 + 0.45 * rank as f64 / count as f64;
         let colour = colour.map(|channel| (f64::from(channel) * brightness).round() as u8);
         if let Some(position) = project(points[index].map(f64::from)) {
-            canvas.stroke(&[position], &Stroke::solid(dot_px, colour));
+            canvas.dot(position, dot_px, colour);
         }
     }
 }

@@ -25,9 +25,9 @@ pub(crate) struct Label {
     pub(crate) words_colour: Colour,
 }
 
-/// Places and draws labels.
-pub(crate) fn draw_labels(canvas: &mut Canvas, labels: &[Label], scale: &Scale) {
-    let places = placed(labels, canvas.size(), scale);
+/// Places and draws labels within a part of the canvas.
+pub(crate) fn draw_labels(canvas: &mut Canvas, labels: &[Label], within: &Frame, scale: &Scale) {
+    let places = placed(labels, within, scale);
     for (label, place) in labels.iter().zip(&places) {
         draw_leader(canvas, label, place, scale);
     }
@@ -41,20 +41,21 @@ fn size_of(label: &Label, scale: &Scale) -> (f64, f64) {
     let width = scale.bold.width_of(&label.title).max(scale.font.width_of(&label.words));
     let lines = if label.words.is_empty() { 1.0 } else { 2.0 };
     // The colour bar at the left is as wide as the padding.
-    (width + 3.0 * padding, lines * scale.font.line_height() + padding)
+    (width + 4.0 * padding, lines * scale.font.line_height() + padding)
 }
 
 /// A place for each label.
-fn placed(labels: &[Label], (width, height): (usize, usize), scale: &Scale) -> Vec<Frame> {
-    let picture = Frame { left: 0.0, top: 0.0, width: width as f64, height: height as f64 };
+fn placed(labels: &[Label], within: &Frame, scale: &Scale) -> Vec<Frame> {
     let mut places: Vec<Frame> = Vec::new();
     for (own, label) in labels.iter().enumerate() {
+        // Square pixels that are lost or covered. A longer leader is worth a little.
         let cost = |place: &Frame| {
             let others = labels.iter().enumerate().filter(|&(other, _)| other != own);
-            let outside = place.width * place.height - place.overlap(&picture);
+            let outside = place.width * place.height - place.overlap(within);
             let on_labels: f64 = places.iter().map(|other| place.overlap(other)).sum();
             let on_targets: f64 = others.map(|(_, other)| place.overlap(&other.around)).sum();
-            8.0 * outside + 4.0 * on_labels + on_targets + 2.0 * place.overlap(&label.around)
+            let leader = 2.0 * scale.line_px * place.distance(&label.around);
+            8.0 * outside + 6.0 * on_labels + on_targets + 2.0 * place.overlap(&label.around) + leader
         };
         let mut best: Option<(f64, Frame)> = None;
         for place in candidates(&label.around, size_of(label, scale), scale) {
@@ -68,12 +69,12 @@ fn placed(labels: &[Label], (width, height): (usize, usize), scale: &Scale) -> V
     places
 }
 
-/// Eight places around a target, on each of a few rings, nearest ring first.
+/// Eight places around a target on each of many rings, nearest ring first.
 fn candidates(around: &Frame, (width, height): (f64, f64), scale: &Scale) -> impl Iterator<Item = Frame> {
     let Frame { left, top, width: across, height: down } = *around;
     let gap = 4.0 * scale.line_px;
     let step = height + gap;
-    [0.0, 1.0, 2.0, 4.0, 7.0].into_iter().flat_map(move |ring| {
+    (0..15).map(|half| 0.5 * f64::from(half)).flat_map(move |ring| {
         let reach = gap + ring * step;
         let (before_x, after_x) = (left - reach - width, left + across + reach);
         let (before_y, after_y) = (top - reach - height, top + down + reach);
@@ -102,11 +103,10 @@ fn draw_leader(canvas: &mut Canvas, label: &Label, place: &Frame, scale: &Scale)
         let q = nearest_in_place(p);
         (p.0 - q.0).hypot(p.1 - q.1)
     };
-    if let Some(end) = label.outline.iter().min_by(|p, q| distance(p).total_cmp(&distance(q))) {
-        if distance(end) > 2.0 * scale.line_px {
-            let stroke = Stroke::solid(0.5 * scale.line_px, label.colour);
-            canvas.stroke_with_halo(&[nearest_in_place(end), *end], &stroke);
-        }
+    let nearest = label.outline.iter().min_by(|p, q| distance(p).total_cmp(&distance(q)));
+    if let Some(end) = nearest.filter(|end| distance(end) > 2.0 * scale.line_px) {
+        let stroke = Stroke::solid(0.5 * scale.line_px, label.colour);
+        canvas.stroke_with_halo(&[nearest_in_place(end), *end], &stroke);
     }
 }
 
@@ -120,7 +120,7 @@ fn draw_label(canvas: &mut Canvas, label: &Label, place: &Frame, scale: &Scale) 
         height: place.height - padding * 1.4,
     };
     canvas.fill(&bar, padding * 0.4, label.colour, 1.0);
-    let (x, y) = (place.left + 2.0 * padding, place.top + padding / 2.0);
+    let (x, y) = (place.left + 2.3 * padding, place.top + padding / 2.0);
     scale.bold.draw(canvas, (x, y), &label.title, label.colour);
     scale.font.draw(canvas, (x, y + scale.font.line_height()), &label.words, label.words_colour);
 }
@@ -205,7 +205,7 @@ mod tests {
 
     #[test]
     fn labels_stay_inside_and_apart() {
-        let scale = Scale::of(1280, 960);
+        let scale = Scale::of(1280, 960, 7);
         let corners = [
             (5.0, 5.0),
             (1230.0, 5.0),
@@ -216,8 +216,8 @@ mod tests {
             (625.0, 450.0),
         ];
         let labels: Vec<Label> = corners.iter().map(|&(x, y)| label(x, y)).collect();
-        let places = placed(&labels, (1280, 960), &scale);
         let picture = Frame { left: 0.0, top: 0.0, width: 1280.0, height: 960.0 };
+        let places = placed(&labels, &picture, &scale);
         for (k, place) in places.iter().enumerate() {
             assert!(
                 place.overlap(&picture) > 0.999 * place.width * place.height,
@@ -235,7 +235,7 @@ mod tests {
     #[test]
     fn the_legend_wraps() {
         let picture = ColourImage::filled(700, 100, [0; 3]);
-        let scale = Scale::of(700, 100);
+        let scale = Scale::of(700, 100, 0);
         let short = with_legend(&picture, &[], &["one line"], &scale);
         let long = with_legend(&picture, &[], &["a long caption"; 5], &scale);
         assert!(long.height > short.height && short.height > picture.height);

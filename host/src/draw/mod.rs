@@ -44,8 +44,9 @@ pub struct Overlay {
     pub centre_covariance_mm2: Option<[[f64; 3]; 3]>,
 }
 
-/// Okabe and Ito (Color universal design, 2008), those of their colours that are bright enough for a dark rim.
-const PALETTE: [Colour; 5] = [[86, 180, 233], [240, 228, 66], [230, 159, 0], [204, 121, 167], [0, 190, 140]];
+/// After Okabe and Ito (Color universal design, 2008): those of their colours that are bright enough for a dark rim,
+/// purple and green a little lighter than theirs.
+const PALETTE: [Colour; 5] = [[86, 180, 233], [240, 228, 66], [230, 159, 0], [224, 145, 192], [0, 190, 140]];
 
 /// Colour of refused targets.
 const REFUSED: Colour = [205, 205, 205];
@@ -81,16 +82,21 @@ pub(crate) struct Scale {
     line_px: f64,
     font: Font,
     bold: Font,
+    is_crowded: bool,
 }
 
 impl Scale {
-    pub(crate) fn of(width: usize, height: usize) -> Self {
+    pub(crate) fn of(width: usize, height: usize, targets: usize) -> Self {
         let relative = width.max(height) as f64 / 1920.0;
-        let text_px = (20.0 * relative).max(16.0);
+        let is_crowded = targets > CROWD;
+        let text_px = (if is_crowded { 18.0 } else { 22.0 } * relative).max(16.0);
         let (font, bold) = (Font::of_height(text_px, false), Font::of_height(text_px, true));
-        Self { line_px: (2.5 * relative).max(1.8), font, bold }
+        Self { line_px: (2.5 * relative).max(1.8), font, bold, is_crowded }
     }
 }
+
+/// With more targets than this, labels are smaller, and only those of refused targets have a second line.
+const CROWD: usize = 12;
 
 /// Pictures narrower than this are enlarged.
 const LEGIBLE_WIDTH: usize = 1200;
@@ -110,7 +116,7 @@ pub fn draw_overlays(
     }
     let factor = LEGIBLE_WIDTH.div_ceil(picture.width).min(4);
     let mut canvas = Canvas::new(enlarged(picture, factor));
-    let scale = Scale::of(picture.width * factor, picture.height * factor);
+    let scale = Scale::of(picture.width * factor, picture.height * factor, overlays.len());
     let project = |point| {
         let (u, v) = (view.project)(point)?;
         let place = |pixel: f64| (pixel + 0.5) * factor as f64 - 0.5;
@@ -119,18 +125,23 @@ pub fn draw_overlays(
     let view = View { viewpoint: view.viewpoint, project: &project };
     let outlines: Vec<_> =
         overlays.iter().map(|overlay| draw_target(&mut canvas, overlay, &view, &scale)).collect();
-    label::draw_labels(&mut canvas, &labels(overlays, &outlines), &scale);
+    let whole = Frame { left: 0.0, top: 0.0, width: canvas.size().0 as f64, height: canvas.size().1 as f64 };
+    label::draw_labels(&mut canvas, &labels(overlays, &outlines, &scale), &whole, &scale);
     label::with_legend(&canvas.finish(), overlays, captions, &scale)
 }
 
 /// Each pixel becomes a square of `factor` by `factor`.
 fn enlarged(picture: &ColourImage, factor: usize) -> ColourImage {
-    let mut large = ColourImage::filled(picture.width * factor, picture.height * factor, [0; 3]);
-    for (at, pixel) in large.pixels.iter_mut().enumerate() {
-        let (u, v) = (at % (picture.width * factor), at / (picture.width * factor));
-        *pixel = picture.pixels[v / factor * picture.width + u / factor];
+    let (width, height) = (picture.width * factor, picture.height * factor);
+    let mut pixels = Vec::with_capacity(width * height);
+    for row in picture.pixels.chunks_exact(picture.width) {
+        let start = pixels.len();
+        pixels.extend(row.iter().flat_map(|&pixel| std::iter::repeat_n(pixel, factor)));
+        for _ in 1..factor {
+            pixels.extend_from_within(start..start + width);
+        }
     }
-    large
+    ColourImage { width, height, pixels }
 }
 
 /// Draws the lines of one target and returns its outline (empty when it is out of sight).
@@ -161,12 +172,13 @@ pub(crate) fn draw_target(
 }
 
 /// The labels of those targets that are in sight.
-fn labels(overlays: &[Overlay], outlines: &[Vec<Position>]) -> Vec<Label> {
+fn labels(overlays: &[Overlay], outlines: &[Vec<Position>], scale: &Scale) -> Vec<Label> {
     let label = |(overlay, line): (&Overlay, &Vec<Position>)| {
         let outline: Vec<Position> =
             line.iter().copied().filter(|p| p.0.is_finite() && p.1.is_finite()).collect();
         let [a, b, c] = overlay.ellipsoid.semi_axes_mm;
         let (words, words_colour) = match &overlay.status {
+            Status::Found(_) if scale.is_crowded => (String::new(), TEXT),
             Status::Found(note) => (note.clone(), TEXT),
             Status::Refused(reason) => (format!("refused: {reason}"), REASON),
         };
@@ -174,7 +186,11 @@ fn labels(overlays: &[Overlay], outlines: &[Vec<Position>]) -> Vec<Label> {
             around: Frame::around(&outline)?,
             outline,
             colour: overlay.colour(),
-            title: format!("{}  {a:.1} × {b:.1} × {c:.1} mm", overlay.number),
+            title: format!(
+                "{}  {a:.1} × {b:.1} × {c:.1}{}",
+                overlay.number,
+                if scale.is_crowded { "" } else { " mm" }
+            ),
             words,
             words_colour,
         })
