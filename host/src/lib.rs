@@ -1,4 +1,5 @@
 //! The hosted side of varsac.
+pub mod backproject;
 pub mod baseline;
 pub mod cloud;
 pub mod decimate;
@@ -10,6 +11,7 @@ pub mod frame;
 pub mod image;
 pub mod kinect;
 pub mod ply_out;
+pub mod segment;
 pub mod similarity;
 
 #[cfg(test)]

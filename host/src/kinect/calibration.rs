@@ -19,7 +19,7 @@ const REMEDY: &str =
     "give the factory parameters of the device as IrCameraParams and ColorCameraParams, complete";
 
 /// Everything the factory stored about the two cameras of one device.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct FactoryCalibration {
     /// The infrared camera, which measures depth.
     #[serde(rename = "IrCameraParams")]
@@ -30,7 +30,7 @@ pub struct FactoryCalibration {
 }
 
 /// Pinhole model and lens distortion of the infrared camera; pixels of the 512x424 image.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct IrParameters {
     /// Focal length along x, pixels.
     pub fx: f64,
@@ -54,7 +54,7 @@ pub struct IrParameters {
 
 /// Pinhole model of the colour camera (pixels of the 1920x1080 image) and the two cubic polynomials that carry an
 /// ideal depth pixel to it: `mx_x2y1` multiplies mx^2 my in the column, `my_x2y1` in the row.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[expect(missing_docs, reason = "the names say which monomial each coefficient multiplies")]
 pub struct ColourParameters {
     /// Focal length along x, pixels.
