@@ -125,7 +125,8 @@ impl Cloud {
     ///
     /// # Errors
     /// One sentence with file, line or byte, the offending value and a remedy: unreadable, unknown, truncated or
-    /// contradictory file, no x y z, a coordinate that is not finite or beyond [`varsac_core::point::MAX_COORDINATE`], no points.
+    /// contradictory file, no x y z, no points, a coordinate that is not finite or beyond
+    /// [`varsac_core::point::MAX_COORDINATE`].
     pub fn read(path: &Path, unit: Option<Unit>) -> Result<Self, InputError> {
         if path.as_os_str() == "-" {
             let place = "standard input";
