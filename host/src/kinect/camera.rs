@@ -91,9 +91,8 @@ impl DepthCamera {
     pub fn project(&self, point_mm: &Point3<f64>) -> Option<(f64, f64)> {
         let IrParameters { fx, fy, cx, cy, .. } = self.ir;
         let Point3 { coords } = point_mm;
-        (coords.z > 0.0).then(|| {
-            (coords.x / coords.z * fx + cx - HALF_PIXEL, coords.y / coords.z * fy + cy - HALF_PIXEL)
-        })
+        (coords.z > 0.0)
+            .then(|| (coords.x / coords.z * fx + cx - HALF_PIXEL, coords.y / coords.z * fy + cy - HALF_PIXEL))
     }
 }
 
@@ -272,7 +271,10 @@ mod tests {
     ];
 
     fn assert_near((ax, ay): (f64, f64), (bx, by): (f64, f64), tolerance: f64) {
-        assert!((ax - bx).abs() <= tolerance && (ay - by).abs() <= tolerance, "({ax}, {ay}) is not ({bx}, {by})");
+        assert!(
+            (ax - bx).abs() <= tolerance && (ay - by).abs() <= tolerance,
+            "({ax}, {ay}) is not ({bx}, {by})"
+        );
     }
 
     fn check(calibration: &FactoryCalibration, vector: &Vector, tolerance_px: f64) {
@@ -297,8 +299,10 @@ mod tests {
 
     #[test]
     fn the_factory_example_to_a_hundredth_of_a_pixel() {
-        let shared = std::env::var_os("VARSAC_SHARED")
-            .map_or_else(|| concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared").into(), std::path::PathBuf::from);
+        let shared = std::env::var_os("VARSAC_SHARED").map_or_else(
+            || concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared").into(),
+            std::path::PathBuf::from,
+        );
         let path = shared.join("data/calib/kinect2-factory-example.json");
         let Ok(text) = std::fs::read_to_string(&path) else {
             println!("ABSENT: {} is not there; the 20 factory vectors were NOT checked", path.display());

@@ -150,7 +150,9 @@ mod tests {
 
     #[test]
     fn agrees_with_the_textbook_over_the_whole_cube() {
-        for (from, to) in [(252, 36), (0, 36), (252, 360), (40, 70), (60, 240), (100, 99), (350, 20), (200, 100)] {
+        for (from, to) in
+            [(252, 36), (0, 36), (252, 360), (40, 70), (60, 240), (100, 99), (350, 20), (200, 100)]
+        {
             let prepared = Gate::new(&gate(from, to)).unwrap();
             let (from, to) = (i32::from(from), i32::from(to));
             let mut passed = 0;

@@ -43,7 +43,7 @@ impl AreaLimits {
 }
 
 /// The regions of an image and where they are.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Regions {
     /// Region number of each pixel; same size as the image.
     pub image: RegionImage,
@@ -207,28 +207,88 @@ mod tests {
         regions.image.pixels.chunks(regions.image.width).map(|row| row.iter().map(digit).collect()).collect()
     }
 
-    #[test]
-    fn diagonal_neighbours_and_late_joints_are_one_region() {
-        let picture = mask(&[
-            "1..1..1.1",
-            ".1.1.1..1", //
-            "..1....11",
-            "1.....1..",
-            "1.......1",
-        ]);
-        let regions = connected_regions(&picture, AreaLimits::ALL);
-        let expected = ["1..1..2.2", ".1.1.2..2", "..1....22", "3.....2..", "3.......4"];
-        // 2 and its right neighbour join in the third row only by the diagonal step at column 6.
-        assert_eq!(drawn(&regions)[0], "1..1..2.3".replace('3', "3"));
-        let _ = expected;
+    /// Flood fill from each unlabelled pixel in raster order.
+    fn flooded(mask: &LabelImage) -> RegionImage {
+        let mut image = RegionImage::filled(mask.width, mask.height, 0);
+        let mut label = 0;
+        for v in 0..mask.height as i64 {
+            for u in 0..mask.width as i64 {
+                let mut stack = vec![(u, v)];
+                let mut fresh = true;
+                while let Some((u, v)) = stack.pop() {
+                    if mask.get(u, v).is_some_and(|value| value != 0) && image.get(u, v) == Some(0) {
+                        label += u32::from(std::mem::take(&mut fresh));
+                        image.set(u, v, label);
+                        stack.extend((-1..=1).flat_map(|dv| (-1..=1).map(move |du| (u + du, v + dv))));
+                    }
+                }
+            }
+        }
+        image
     }
 
     #[test]
-    fn limits_are_inclusive_and_labels_stay_dense() {
+    fn diagonal_steps_and_late_joints_make_one_region() {
+        let picture = mask(&["1..1..1.1", ".1.1.1..1", "..1....11", "1.....1..", "1.......1"]);
+        let regions = connected_regions(&picture, AreaLimits::ALL);
+        // The strokes from columns 0 and 3 meet in the third row; the one from column 6 stays apart.
+        assert_eq!(drawn(&regions), ["1..1..2.3", ".1.1.2..3", "..1....33", "4.....3..", "4.......5"]);
+    }
+
+    #[test]
+    fn agrees_with_flood_fill_on_random_masks_of_every_density() {
+        let mut state = 7_u32;
+        for density in 1..16 {
+            for (width, height) in [(31, 17), (1, 20), (20, 1), (64, 5)] {
+                let mut picture = LabelImage::filled(width, height, 0);
+                for pixel in &mut picture.pixels {
+                    state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                    // Two values, so that runs of different value lie side by side.
+                    *pixel = if (state >> 28) < density { 1 + ((state >> 20) & 1) as u8 } else { 0 };
+                }
+                let regions = connected_regions(&picture, AreaLimits::ALL);
+                assert_eq!(regions.image, flooded(&picture));
+                for region in &regions.list {
+                    let pixels = (0..width * height).filter(|&i| regions.image.pixels[i] == region.label);
+                    let places: Vec<_> = pixels.map(|i| ((i % width) as u32, (i / width) as u32)).collect();
+                    assert_eq!(region.area_px as usize, places.len());
+                    assert_eq!(Some(region.u_min), places.iter().map(|p| p.0).min());
+                    assert_eq!(Some(region.u_max), places.iter().map(|p| p.0).max());
+                    assert_eq!(Some(region.v_min), places.iter().map(|p| p.1).min());
+                    assert_eq!(Some(region.v_max), places.iter().map(|p| p.1).max());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn area_limits_are_inclusive_and_labels_stay_dense() {
         let picture = mask(&["11.1.111", "........", "1111.1.1"]);
         let regions = connected_regions(&picture, AreaLimits { min_px: 2, max_px: 3 });
         assert_eq!(drawn(&regions), ["11...222", "........", "........"]);
-        let areas: Vec<u32> = regions.list.iter().map(|region| region.area_px).collect();
-        assert_eq!(areas, [2, 3]);
+        assert_eq!(
+            regions.list.iter().map(|region| (region.label, region.area_px)).collect::<Vec<_>>(),
+            [(1, 2), (2, 3)]
+        );
+    }
+
+    #[test]
+    fn instances_are_regions_by_value_connected_or_not() {
+        let picture = mask(&["7.2.7", "77222", "3...."]);
+        let regions = instance_regions(&picture, AreaLimits { min_px: 2, max_px: u32::MAX });
+        assert_eq!(drawn(&regions), ["2.1.2", "22111", "....."]);
+        assert_eq!(
+            regions.list.iter().map(|region| (region.value, region.area_px)).collect::<Vec<_>>(),
+            [(2, 4), (7, 4)]
+        );
+    }
+
+    #[test]
+    fn an_empty_image_has_no_regions() {
+        for (width, height) in [(0, 0), (0, 3), (3, 0), (3, 3)] {
+            let picture = LabelImage::filled(width, height, 0);
+            assert!(connected_regions(&picture, AreaLimits::ALL).list.is_empty());
+            assert!(instance_regions(&picture, AreaLimits::ALL).list.is_empty());
+        }
     }
 }
