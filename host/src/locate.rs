@@ -159,6 +159,14 @@ impl Camera {
         }
     }
 
+    /// Where the colour image was seen from, millimetres, in the frame of the points.
+    pub fn colour_centre_mm(&self) -> [f64; 3] {
+        match self {
+            Self::Shared(_) => [0.0; 3],
+            Self::Kinect(pair) => pair.0.colour_camera().centre_mm(),
+        }
+    }
+
     /// How `frame`'s pixels and points relate.
     pub fn view<'a>(&'a self, frame: &'a Frame) -> View<'a> {
         match self {
@@ -284,7 +292,7 @@ fn search_region(cloud: &[Point3], detector: &Detector, options: &Options) -> Re
         }
         Method::Ransac => {
             let points: Vec<[f32; 3]> = cloud.iter().map(|p| [p.x, p.y, p.z]).collect();
-            let found = ransac(&points, &RansacOptions::like(&options.config), options.seed);
+            let found = ransac(&points, &RansacOptions::from(&options.config), options.seed);
             let mut labels = vec![0; cloud.len()];
             let mut targets = Vec::new();
             for (k, one) in found.iter().enumerate() {
@@ -292,7 +300,7 @@ fn search_region(cloud: &[Point3], detector: &Detector, options: &Options) -> Re
                     labels[index as usize] = k as u32 + 1;
                 }
                 let score = Score { inliers: one.inliers.len() as u32, candidates: one.candidates as u32 };
-                targets.push(target(one.ellipsoid.to_core(), score, one.trials));
+                targets.push(target(Ellipsoid::from(&one.ellipsoid), score, one.trials));
             }
             Ok((targets, labels))
         }

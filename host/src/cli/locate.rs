@@ -11,7 +11,7 @@ use crate::{
     backproject::PointOptions,
     cloud::{Cloud, Unit},
     error::InputError,
-    frame::{Frame, read_labels},
+    frame::{Frame, png_file},
     fruit::Fruit,
     locate::{Camera, Located, MAX_CAPACITY, Method, Options, RegionSource, locate_cloud, locate_frame},
     picture, ply_out,
@@ -85,9 +85,9 @@ pub struct LocateArgs {
     /// A mask image for all frames: one value is split into connected regions, several values are instances.
     #[arg(long, value_name = "FILE.png")]
     mask: Option<PathBuf>,
-    /// Hue ranges in degrees instead of the fruit's, e.g. 252..36 (through 360) or 0..36,252..360.
-    #[arg(long, value_name = "FROM..TO[,...]", value_delimiter = ',', value_parser = parse_hue)]
-    hue: Option<Vec<HueRange>>,
+    /// Hue range in degrees instead of the fruit's; 252..36 passes through 360.
+    #[arg(long, value_name = "FROM..TO", value_parser = parse_hue)]
+    hue: Option<HueRange>,
     /// Regions smaller than this many colour pixels are removed.
     #[arg(long, value_name = "PIXELS")]
     min_area: Option<u32>,
@@ -195,8 +195,8 @@ impl LocateArgs {
 
     fn segmentation(&self) -> SegmentOptions {
         let mut options = preset(self.fruit.name());
-        if let Some(hue) = &self.hue {
-            options.gate.set_ranges(hue);
+        if let Some(hue) = self.hue {
+            options.gate.hue = hue;
         }
         if let Some(min_px) = self.min_area {
             options.area = AreaLimits { min_px, ..options.area };
@@ -224,7 +224,7 @@ impl LocateArgs {
             InputError::at(format!("--{}", option_of(error.field)), error.to_string(), "change that option")
         })?;
         let regions = match (&self.mask, self.regions) {
-            (Some(path), _) => RegionSource::Given(read_labels(path)?),
+            (Some(path), _) => RegionSource::Given(png_file::read(path, png_file::decode_instances)?),
             (None, RegionsArg::Colour) => RegionSource::Colour(self.segmentation()),
             (None, RegionsArg::Mask) => RegionSource::Mask,
             (None, RegionsArg::Instances) => RegionSource::Instances,
@@ -317,7 +317,8 @@ fn one(args: &LocateArgs, path: &Path, options: &Options) -> Result<(String, boo
         located
     };
     if let Some(named) = &args.cloud_out {
-        ply_out::write(&args.output(named, &located), &located.points, &located.labels)?;
+        let points: Vec<[f32; 3]> = located.points.iter().map(|p| [p.x, p.y, p.z]).collect();
+        ply_out::write_ply(&args.output(named, &located), &points, &located.labels)?;
     }
     let found = located.targets.iter().any(|target| target.refusal.is_none());
     let text = if args.json {

@@ -27,11 +27,13 @@ use crate::file;
 const MAX_BYTES: u64 = 1 << 30;
 
 /// The unit in which a file states its coordinates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Unit {
     /// Coordinates are taken as they are. Also right for data without a length unit: simulation, magnetometer.
+    #[value(name = "mm")]
     Millimetre,
     /// Coordinates are multiplied by 1000.
+    #[value(name = "m")]
     Metre,
 }
 

@@ -151,6 +151,12 @@ impl ColourCamera {
         }
     }
 
+    /// Where the colour camera stands in the depth camera's frame, millimetres: a baseline to its left (the factory
+    /// model has no other offset).
+    pub fn centre_mm(&self) -> [f64; 3] {
+        [-self.colour.shift_m, 0.0, 0.0]
+    }
+
     /// Column at which a colour ray sees depth `z_mm`: the parallax of the baseline added.
     #[inline]
     pub fn column(&self, ray: ColourRay, z_mm: f64) -> f64 {

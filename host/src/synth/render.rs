@@ -8,7 +8,7 @@
 use nalgebra::{Point2, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::TrueEllipsoid;
+use crate::eval::EllipsoidF64;
 use super::foliage::{self, Backdrop};
 use super::fruit::FruitKind;
 use super::noise::Noise;
@@ -85,7 +85,7 @@ pub struct TrueFruit {
     /// Kind of fruit.
     pub kind: FruitKind,
     /// Shape and place, depth camera frame.
-    pub ellipsoid: TrueEllipsoid,
+    pub ellipsoid: EllipsoidF64,
     /// Pixels of the depth image in which it is the nearest.
     pub visible_px: u32,
     /// The same as a share of the pixels it would take alone; 0 outside the image.

@@ -5,7 +5,7 @@
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
-use super::TrueEllipsoid;
+use crate::eval::EllipsoidF64;
 use super::fruit::{FruitKind, Pole};
 use super::noise::Noise;
 use super::sensor::SensorOptions;
@@ -82,7 +82,7 @@ pub(super) struct Body {
 pub struct Scene {
     pub(super) options: SceneOptions,
     pub(super) bodies: Vec<Body>,
-    pub(super) fruits: Vec<TrueEllipsoid>,
+    pub(super) fruits: Vec<EllipsoidF64>,
     /// What the far background looks like.
     pub(super) backdrop_field: u32,
 }
@@ -123,7 +123,7 @@ impl Scene {
     }
 
     /// The fruit, whether they can be seen or not.
-    pub fn fruits(&self) -> &[TrueEllipsoid] {
+    pub fn fruits(&self) -> &[EllipsoidF64] {
         &self.fruits
     }
 
@@ -140,7 +140,7 @@ pub(super) struct Composer {
     bodies: Vec<Body>,
     /// Branches and shoots, from which things hang.
     pub(super) wood: Vec<Capsule>,
-    pub(super) fruits: Vec<TrueEllipsoid>,
+    pub(super) fruits: Vec<EllipsoidF64>,
     /// A capsule around each fruit.
     pub(super) hulls: Vec<Capsule>,
     backdrop_field: u32,
@@ -244,7 +244,7 @@ impl Composer {
                     material: Material::Skin { skin: model.skin, pole: model.pole, field },
                     fruit: Some(self.fruits.len() as u8),
                 });
-                self.fruits.push(TrueEllipsoid::new(centre.coords, semi_axes.into(), axes));
+                self.fruits.push(EllipsoidF64::of_matrix(centre.coords, semi_axes.into(), axes));
                 self.hulls.push(hull);
                 return;
             }

@@ -8,7 +8,7 @@
 use nalgebra::{Matrix3, Vector3};
 use varsac_core::Point3;
 
-use super::TrueEllipsoid;
+use crate::eval::EllipsoidF64;
 use super::noise::Noise;
 use crate::error::InputError;
 
@@ -56,7 +56,7 @@ pub struct Simulation {
     /// For each point whether it was put on the surface. A random point may lie there by chance.
     pub on_surface: Vec<bool>,
     /// The ellipsoid.
-    pub truth: TrueEllipsoid,
+    pub truth: EllipsoidF64,
 }
 
 /// Simulates one cloud. `O(points)`.
@@ -89,7 +89,7 @@ pub fn simulate(options: &SimulationOptions) -> Result<Simulation, InputError> {
         labelled.swap(last, noise.below(last + 1));
     }
     let (points, on_surface) = labelled.into_iter().unzip();
-    let truth = TrueEllipsoid::new(centre, options.semi_axes, rotation.transpose());
+    let truth = EllipsoidF64::of_matrix(centre, options.semi_axes, rotation.transpose());
     Ok(Simulation { points, on_surface, truth })
 }
 
