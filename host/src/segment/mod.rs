@@ -47,5 +47,3 @@ pub fn segment(image: &ColourImage, options: &SegmentOptions) -> Result<Regions,
     let mask = filter::gate_of_mean(image, options.mean_radius_px, &gate);
     Ok(regions::connected_regions(&mask, options.area))
 }
-/// temp
-pub fn preset(_n: &str) -> SegmentOptions { SegmentOptions { gate: ColourGate { hue: HueRange{from_deg:252,to_deg:36}, saturation_min_percent: 30, value_min: 30 }, mean_radius_px: 2, area: AreaLimits{min_px:400,max_px:u32::MAX} } }
