@@ -12,7 +12,7 @@ use crate::eval::EllipsoidF64;
 use super::foliage::{self, Backdrop};
 use super::fruit::FruitKind;
 use super::noise::Noise;
-use super::scene::{Body, Scene};
+use super::scene::Scene;
 use super::sensor::{Echo, measure};
 use super::shade::{Light, shade, sunward, to_display};
 use super::shape::{Ball, Hit, Ray};
@@ -135,8 +135,9 @@ pub fn render_kinect(scene: &Scene, rig: &KinectRig) -> KinectFrame {
         principal: rig.colour_centre_px,
     };
     let place = |u: f64, v: f64| depth_camera.undistort(u, v);
-    let (raw_depth, fruits) = render_depth(scene, &depth_eye, (DEPTH_WIDTH, DEPTH_HEIGHT), place);
-    let (colour, instances) = render_colour(scene, &colour_eye, (COLOUR_WIDTH, COLOUR_HEIGHT));
+    let backdrop = Backdrop::paint(scene.backdrop_field);
+    let (raw_depth, fruits) = render_depth(scene, &backdrop, &depth_eye, (DEPTH_WIDTH, DEPTH_HEIGHT), place);
+    let (colour, instances) = render_colour(scene, &backdrop, &colour_eye, (COLOUR_WIDTH, COLOUR_HEIGHT));
     KinectFrame { colour, raw_depth, instances, calibration: rig.calibration(), fruits }
 }
 
@@ -146,12 +147,13 @@ pub fn render_depth_patch(scene: &Scene, camera: &Pinhole, width: usize, height:
     let focal = camera.focal_px();
     let eye =
         Eye { position: Point3::origin(), focal, principal: (-corner.x * focal.0, -corner.y * focal.1) };
-    let (depth, fruits) = render_depth(scene, &eye, (width, height), |u, v| Some((u, v)));
-    let (colour, instances) = render_colour(scene, &eye, (width, height));
+    let backdrop = Backdrop::paint(scene.backdrop_field);
+    let (depth, fruits) = render_depth(scene, &backdrop, &eye, (width, height), |u, v| Some((u, v)));
+    let (colour, instances) = render_colour(scene, &backdrop, &eye, (width, height));
     RegisteredFrame { colour, depth, instances, fruits }
 }
 
-/// A pinhole somewhere, looking along z.
+/// A pinhole somewhere in the plane z = 0, looking along z.
 #[derive(Debug, Clone, Copy)]
 struct Eye {
     position: Point3<f64>,
@@ -197,14 +199,19 @@ impl Eye {
     }
 }
 
-/// The body that a ray meets first.
+/// The body that a ray from an eye meets first, of those named, which are in the scene's order.
 fn nearest(scene: &Scene, candidates: &[u16], ray: &Ray) -> Option<(u16, Hit)> {
     let mut first: Option<(u16, Hit)> = None;
-    for &body in candidates {
-        if let Some(hit) = scene.bodies[usize::from(body)].shape.hit(ray)
+    for &index in candidates {
+        let body = &scene.bodies[usize::from(index)];
+        // Eyes are at z = 0 and rays of slope 1 in z, so that the ray parameter is z.
+        if first.is_some_and(|(_, other)| other.t < body.front_mm) {
+            break;
+        }
+        if let Some(hit) = body.shape.hit(ray)
             && first.is_none_or(|(_, other)| hit.t < other.t)
         {
-            first = Some((body, hit));
+            first = Some((index, hit));
         }
     }
     first
@@ -213,60 +220,64 @@ fn nearest(scene: &Scene, candidates: &[u16], ray: &Ray) -> Option<(u16, Hit)> {
 /// Depth image and the truth about each fruit. `place` leads from a pixel to where on the ideal grid it looks.
 fn render_depth(
     scene: &Scene,
+    backdrop: &Backdrop,
     eye: &Eye,
     size: (usize, usize),
     place: impl Fn(f64, f64) -> Option<(f64, f64)>,
 ) -> (DepthImage, Vec<TrueFruit>) {
     let (width, height) = size;
     let tiles = eye.tiles(scene, size);
-    let backdrop = Backdrop::paint(scene.backdrop_field);
     let mut noise = Noise::new(scene.options.seed).apart().apart();
-    let mut depth = Image::filled(width, height, 0.0);
-    // Pixels in which each fruit is hit at all, and in which it is hit first.
-    let mut alone = vec![0_u32; scene.fruits.len()];
-    let mut visible = vec![0_u32; scene.fruits.len()];
     let cast = |x: f64, y: f64| {
         let ray = eye.ray(x, y);
         match nearest(scene, tiles.at(x, y), &ray) {
             Some((surface, hit)) => {
                 let cosine = (hit.normal.dot(&ray.direction) / ray.direction.norm()).abs();
-                Some(Echo { z_mm: eye.position.z + hit.t, cosine, surface })
+                Some(Echo { z_mm: hit.t, cosine, surface })
             }
             None => backdrop.echo(&ray),
         }
     };
-    for v in 0..height {
-        for u in 0..width {
-            let Some((x, y)) = place(u as f64, v as f64) else { continue };
-            let straight = cast(x, y);
-            let sensor = &scene.options.sensor;
-            depth.pixels[v * width + u] =
-                measure(straight, |dx, dy| cast(x + dx, y + dy), eye.focal.0, sensor, &mut noise);
-            let first = straight.and_then(|echo| scene.fruit_of(echo.surface));
-            for &body in tiles.at(x, y) {
-                let Body { shape, fruit: Some(fruit), .. } = &scene.bodies[usize::from(body)] else {
-                    continue;
-                };
-                alone[usize::from(*fruit)] += u32::from(shape.hit(&eye.ray(x, y)).is_some());
-                visible[usize::from(*fruit)] += u32::from(first == Some(*fruit));
-            }
+    let pixels = || (0..height).flat_map(|v| (0..width).map(move |u| (u, v)));
+    let places: Vec<Option<(f64, f64)>> = pixels().map(|(u, v)| place(u as f64, v as f64)).collect();
+    let straight = places.iter().map(|place| place.and_then(|(x, y)| cast(x, y))).collect();
+    let straight = Image { width, height, pixels: straight };
+    let depth = pixels().zip(&places).map(|((u, v), place)| {
+        let Some((x, y)) = *place else { return 0.0 };
+        let around = |dx: f64, dy: f64| cast(x + dx, y + dy);
+        measure(&straight, (u as i64, v as i64), around, eye.focal.0, &scene.options.sensor, &mut noise)
+    });
+    let depth = DepthImage { width, height, pixels: depth.collect() };
+    let fruits = (0_u16..).zip(&scene.bodies).filter_map(|(index, body)| Some((index, body, body.fruit?)));
+    let fruits = fruits.map(|(index, body, fruit)| {
+        let first = |echo: &Option<Echo>| echo.and_then(|echo| scene.fruit_of(echo.surface)) == Some(fruit);
+        let visible_px = straight.pixels.iter().filter(|echo| first(echo)).count();
+        let at_all = |&(x, y): &(f64, f64)| {
+            tiles.at(x, y).contains(&index) && body.shape.hit(&eye.ray(x, y)).is_some()
+        };
+        let alone_px = places.iter().flatten().filter(|place| at_all(place)).count();
+        TrueFruit {
+            kind: scene.options.kind,
+            ellipsoid: scene.fruits[usize::from(fruit)],
+            visible_px: visible_px as u32,
+            visible_fraction: visible_px as f64 / alone_px.max(1) as f64,
         }
-    }
-    let fruits =
-        scene.fruits.iter().zip(alone.iter().zip(&visible)).map(|(&ellipsoid, (&alone, &visible))| {
-            let visible_fraction = f64::from(visible) / f64::from(alone.max(1));
-            TrueFruit { kind: scene.options.kind, ellipsoid, visible_px: visible, visible_fraction }
-        });
-    (depth, fruits.collect())
+    });
+    let fruits = fruits.collect();
+    (depth, fruits)
 }
 
 /// Colour image, and which fruit each pixel shows at its centre.
-fn render_colour(scene: &Scene, eye: &Eye, size: (usize, usize)) -> (ColourImage, LabelImage) {
+fn render_colour(
+    scene: &Scene,
+    backdrop: &Backdrop,
+    eye: &Eye,
+    size: (usize, usize),
+) -> (ColourImage, LabelImage) {
     let (width, height) = size;
     let tiles = eye.tiles(scene, size);
     let shadows = Shadows::new(scene);
     let mut noise = Noise::new(scene.options.seed).apart().apart().apart();
-    let backdrop = Backdrop::paint(scene.backdrop_field);
     let look = |u: f64, v: f64| -> (Patch, Light) {
         let ray = eye.ray(u, v);
         match nearest(scene, tiles.at(u, v), &ray) {

@@ -75,12 +75,15 @@ pub(super) struct Body {
     pub(super) material: Material,
     /// Index of the fruit that this is.
     pub(super) fruit: Option<u8>,
+    /// No point of it is nearer than this along z, millimetres.
+    pub(super) front_mm: f64,
 }
 
 /// Bodies with their places, and the truth about the fruit among them.
 #[derive(Debug, Clone)]
 pub struct Scene {
     pub(super) options: SceneOptions,
+    /// In ascending order of `front_mm`: a ray may stop asking at the first body that begins behind what it has met.
     pub(super) bodies: Vec<Body>,
     pub(super) fruits: Vec<EllipsoidF64>,
     /// What the far background looks like.
@@ -118,7 +121,8 @@ impl Scene {
         for _ in 0..options.far_branch_count.min(MAX_COUNT) {
             composer.add_far_branch();
         }
-        let Composer { bodies, fruits, backdrop_field, .. } = composer;
+        let Composer { mut bodies, fruits, backdrop_field, .. } = composer;
+        bodies.sort_by(|a, b| a.front_mm.total_cmp(&b.front_mm));
         Self { options: *options, bodies, fruits, backdrop_field }
     }
 
@@ -148,7 +152,13 @@ pub(super) struct Composer {
 
 impl Composer {
     pub(super) fn push(&mut self, shape: Shape, material: Material) {
-        self.bodies.push(Body { shape, material, fruit: None });
+        self.push_body(shape, material, None);
+    }
+
+    fn push_body(&mut self, shape: Shape, material: Material, fruit: Option<u8>) {
+        let front_mm =
+            shape.hull().map(|ball| ball.centre.z - ball.radius).into_iter().fold(f64::INFINITY, f64::min);
+        self.bodies.push(Body { shape, material, fruit, front_mm });
     }
 
     pub(super) fn add_wood(&mut self, piece: Capsule, field: u32) {
@@ -238,12 +248,8 @@ impl Composer {
                 }
                 let stem = Capsule { from: knee, to: tip - stalk * 1.5, radius: 0.9 };
                 self.push(Shape::Capsule(stem), Material::Stem { brightness: 1.0 });
-                let field = self.field();
-                self.bodies.push(Body {
-                    shape: Shape::Ellipsoid(fruit),
-                    material: Material::Skin { skin: model.skin, pole: model.pole, field },
-                    fruit: Some(self.fruits.len() as u8),
-                });
+                let material = Material::Skin { skin: model.skin, pole: model.pole, field: self.field() };
+                self.push_body(Shape::Ellipsoid(fruit), material, Some(self.fruits.len() as u8));
                 self.fruits.push(EllipsoidF64::of_matrix(centre.coords, semi_axes.into(), axes));
                 self.hulls.push(hull);
                 return;

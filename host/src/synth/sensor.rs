@@ -10,6 +10,7 @@
 //! surfaces, drawn here as the mean weighted by returned light (~ 1/z^2): a flying pixel.
 
 use super::noise::Noise;
+use crate::image::Image;
 
 /// Standard deviation of lateral noise, millimetres.
 const LATERAL_SIGMA_MM: f64 = 1.6;
@@ -70,26 +71,30 @@ fn axial_sigma_mm(z_mm: f64, cosine: f64) -> f64 {
     1.5 - 0.5 * z + 0.3 * z * z + 0.1 * z * z.sqrt() * steepness * steepness
 }
 
-/// Depth that the sensor reports for a pixel, millimetres, 0 = none.
+/// Depth that the sensor reports for pixel (u, v), millimetres, 0 = none.
 ///
-/// `straight` is what the ray through the pixel's centre meets, `cast(dx, dy)` what a ray meets that passes `dx`, `dy`
-/// pixels beside it; `focal_px` turns lateral noise into pixels.
+/// `straight` holds what the ray through each pixel's centre meets, `cast(dx, dy)` is what a ray meets that passes
+/// `dx`, `dy` pixels beside this one's; `focal_px` turns lateral noise into pixels.
 pub(super) fn measure(
-    straight: Option<Echo>,
+    straight: &Image<Option<Echo>>,
+    (u, v): (i64, i64),
     cast: impl Fn(f64, f64) -> Option<Echo>,
     focal_px: f64,
     options: &SensorOptions,
     noise: &mut Noise,
 ) -> f32 {
+    let own = straight.get(u, v).flatten();
     // Where the ray itself meets nothing, a surface at 1 m stands for what its neighbours may see.
-    let lateral_px =
-        options.noise_scale * LATERAL_SIGMA_MM * focal_px / straight.map_or(1000.0, |echo| echo.z_mm);
-    let shift = (noise.normal() * lateral_px, noise.normal() * lateral_px);
+    let lateral_px = options.noise_scale * LATERAL_SIGMA_MM * focal_px / own.map_or(1000.0, |echo| echo.z_mm);
+    let (shift_x, shift_y) = (noise.normal() * lateral_px, noise.normal() * lateral_px);
     let axial = noise.normal() * options.noise_scale;
     let (luck, mixed_luck) = (noise.uniform(), noise.uniform());
-    let Some((echo, mixed)) = seen(straight, |dx, dy| cast(shift.0 + dx, shift.1 + dy), options) else {
-        return 0.0;
+    let seen = if is_even(straight, u + shift_x.round() as i64, v + shift_y.round() as i64, own) {
+        own.map(|echo| (echo, false))
+    } else {
+        integrate(own, |dx, dy| cast(shift_x + dx, shift_y + dy), options.flying_pixels)
     };
+    let Some((echo, mixed)) = seen else { return 0.0 };
     let (from, to) = GRAZING_COSINES;
     let grazing_loss = ((from - echo.cosine) / (from - to)).clamp(0.0, 1.0);
     if options.holes && (luck < RANDOM_LOSS.max(grazing_loss) || (mixed && mixed_luck < MIXED_LOSS)) {
@@ -100,19 +105,22 @@ pub(super) fn measure(
     (if quantum_mm > 0.0 { (z_mm / quantum_mm).round() * quantum_mm } else { z_mm }).max(0.0) as f32
 }
 
-/// What a pixel sees within its area, and whether that is a mixture of two surfaces.
-fn seen(
-    straight: Option<Echo>,
-    cast: impl Fn(f64, f64) -> Option<Echo>,
-    options: &SensorOptions,
-) -> Option<(Echo, bool)> {
+/// Whether a pixel and its eight neighbours all see the same surface as `own`.
+fn is_even(straight: &Image<Option<Echo>>, u: i64, v: i64, own: Option<Echo>) -> bool {
     let surface = |echo: Option<Echo>| echo.map(|echo| echo.surface);
+    (-1..=1).all(|dv| {
+        (-1..=1).all(|du| straight.get(u + du, v + dv).is_some_and(|echo| surface(echo) == surface(own)))
+    })
+}
+
+/// What a pixel sees within its area, and whether that is a mixture of two surfaces. `own` is what its centre sees
+/// without lateral noise, `cast` includes it.
+fn integrate(
+    own: Option<Echo>,
+    cast: impl Fn(f64, f64) -> Option<Echo>,
+    flying_pixels: bool,
+) -> Option<(Echo, bool)> {
     let offset = |k: i32| f64::from(2 * k + 1 - SAMPLES) / f64::from(2 * SAMPLES);
-    let corner = offset(0);
-    let corners = [(corner, corner), (-corner, corner), (corner, -corner), (-corner, -corner)];
-    if corners.iter().all(|&(dx, dy)| surface(cast(dx, dy)) == surface(straight)) {
-        return straight.map(|echo| (echo, false));
-    }
     let samples = (0..SAMPLES).flat_map(|j| (0..SAMPLES).map(move |i| (offset(i), offset(j))));
     let mut echoes: Vec<Echo> = samples.filter_map(|(dx, dy)| cast(dx, dy)).collect();
     // Light that never returns only weakens the pixel; more than half of it missing, the pixel is lost.
@@ -122,12 +130,12 @@ fn seen(
     echoes.sort_by(|a, b| a.z_mm.total_cmp(&b.z_mm));
     let nearest = echoes.first()?;
     let front = echoes.partition_point(|echo| echo.z_mm < nearest.z_mm + MIXED_STEP_MM);
-    if options.flying_pixels && front < echoes.len() {
+    if flying_pixels && front < echoes.len() {
         return Some((Echo { z_mm: mean_by_light(&echoes), ..*nearest }, true));
     }
     let larger = if 2 * front >= echoes.len() { &echoes[..front] } else { &echoes[front..] };
     // On the surface that the ray itself meets, lateral noise does not move the measurement.
-    let own = straight.filter(|echo| larger.iter().any(|other| other.surface == echo.surface));
+    let own = own.filter(|echo| larger.iter().any(|other| other.surface == echo.surface));
     Some((own.unwrap_or(larger[larger.len() / 2]), false))
 }
 
@@ -146,8 +154,15 @@ fn mean_by_light(echoes: &[Echo]) -> f64 {
 mod tests {
     use super::*;
 
-    fn wall(z_mm: f64, cosine: f64, surface: u16) -> Echo {
-        Echo { z_mm, cosine, surface }
+    fn wall(z_mm: f64, cosine: f64, surface: u16) -> Option<Echo> {
+        Some(Echo { z_mm, cosine, surface })
+    }
+
+    /// The middle pixel of a 5x5 sensor before a scene given as what each place sees, in pixels from the middle.
+    fn measured(scene: impl Fn(f64, f64) -> Option<Echo>, options: &SensorOptions, noise: &mut Noise) -> f32 {
+        let pixels = (0..25).map(|k| scene(f64::from(k % 5 - 2), f64::from(k / 5 - 2))).collect();
+        let straight = Image { width: 5, height: 5, pixels };
+        measure(&straight, (2, 2), scene, 366.0, options, noise)
     }
 
     #[test]
@@ -158,15 +173,7 @@ mod tests {
         let mut noise = Noise::new(6);
         let options = SensorOptions { quantum_mm: 0.0, ..SensorOptions::default() };
         let draws: Vec<f64> = (0..20_000)
-            .map(|_| {
-                f64::from(measure(
-                    Some(wall(700.0, 1.0, 1)),
-                    |_, _| Some(wall(700.0, 1.0, 1)),
-                    366.0,
-                    &options,
-                    &mut noise,
-                ))
-            })
+            .map(|_| f64::from(measured(|_, _| wall(700.0, 1.0, 1), &options, &mut noise)))
             .filter(|&z_mm| z_mm > 0.0)
             .collect();
         assert!((19_850..20_000).contains(&draws.len()), "{} of 20000 kept", draws.len());
@@ -177,12 +184,30 @@ mod tests {
 
     #[test]
     fn an_edge_reports_something_in_between_only_when_flying() {
-        let edge = |dx: f64, _: f64| Some(if dx < 0.1 { wall(700.0, 1.0, 1) } else { wall(900.0, 1.0, 2) });
+        let edge = |dx: f64, _: f64| if dx < 0.1 { wall(700.0, 1.0, 1) } else { wall(900.0, 1.0, 2) };
         let flying = SensorOptions { flying_pixels: true, ..SensorOptions::PERFECT };
         let mut noise = Noise::new(1);
-        let mixed = measure(edge(0.0, 0.0), edge, 366.0, &flying, &mut noise);
+        let mixed = measured(edge, &flying, &mut noise);
         assert!((730.0..800.0).contains(&mixed), "{mixed}");
-        assert_eq!(measure(edge(0.0, 0.0), edge, 366.0, &SensorOptions::PERFECT, &mut noise), 700.0);
+        assert_eq!(measured(edge, &SensorOptions::PERFECT, &mut noise), 700.0);
+    }
+
+    #[test]
+    fn lateral_noise_moves_edges_and_not_slopes() {
+        let options = SensorOptions { noise_scale: 1.0, ..SensorOptions::PERFECT };
+        let mut noise = Noise::new(1);
+        // An edge two pixels away reaches the pixel when lateral noise (0.84 px) exceeds about 2.4 sigma.
+        let edge = |dx: f64, _: f64| if dx < 2.0 { wall(700.0, 1.0, 1) } else { wall(900.0, 1.0, 2) };
+        let moved = (0..4000).filter(|_| measured(edge, &options, &mut noise) > 800.0).count();
+        assert!((10..80).contains(&moved), "{moved}");
+        // A slope of 45 degrees: 1.9 mm a pixel. Noise stays the axial 1.36 mm.
+        let slope = |dx: f64, _: f64| wall(700.0 + 1.9 * dx, 0.7071, 1);
+        let square = |_| {
+            let error = f64::from(measured(slope, &options, &mut noise)) - 700.0;
+            error * error
+        };
+        let sigma = ((0..4000).map(square).sum::<f64>() / 4000.0).sqrt();
+        assert!((sigma - 1.356).abs() < 0.07, "{sigma}");
     }
 
     #[test]
@@ -190,17 +215,8 @@ mod tests {
         let holes = SensorOptions { holes: true, ..SensorOptions::PERFECT };
         let mut noise = Noise::new(1);
         for _ in 0..100 {
-            assert_eq!(
-                measure(
-                    Some(wall(700.0, 0.05, 1)),
-                    |_, _| Some(wall(700.0, 0.05, 1)),
-                    366.0,
-                    &holes,
-                    &mut noise
-                ),
-                0.0
-            );
-            assert_eq!(measure(None, |_, _| None, 366.0, &SensorOptions::default(), &mut noise), 0.0);
+            assert_eq!(measured(|_, _| wall(700.0, 0.05, 1), &holes, &mut noise), 0.0);
+            assert_eq!(measured(|_, _| None, &SensorOptions::default(), &mut noise), 0.0);
         }
     }
 
@@ -209,13 +225,7 @@ mod tests {
         let options = SensorOptions { quantum_mm: 0.5, ..SensorOptions::default() };
         let mut noise = Noise::new(1);
         for _ in 0..100 {
-            let z_mm = measure(
-                Some(wall(700.3, 0.9, 1)),
-                |_, _| Some(wall(700.3, 0.9, 1)),
-                366.0,
-                &options,
-                &mut noise,
-            );
+            let z_mm = measured(|_, _| wall(700.3, 0.9, 1), &options, &mut noise);
             assert_eq!(z_mm * 2.0, (z_mm * 2.0).round());
         }
     }

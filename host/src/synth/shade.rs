@@ -95,7 +95,7 @@ fn surface(material: &Material, hit: &Hit, ray: &Ray, view: &Vector3<f64>) -> Su
         Material::Bark { brightness, field } => {
             let place = (ray.origin + ray.direction * hit.t).coords.cast::<f32>();
             let grain = cloudy_noise(place.component_mul(&Vector3::new(0.16, 0.45, 0.45)), field);
-            let lichen = smoothstep(0.55, 0.75, cloudy_noise(place * 0.07, field ^ 7));
+            let lichen = smoothstep(0.55, 0.80, value_noise(place * 0.09, field ^ 7));
             let wood = linear([0.34, 0.325, 0.26]) * (0.35 + 1.1 * grain);
             let colour = wood.lerp(&linear([0.47, 0.49, 0.41]), 0.6 * lichen);
             Surface { brightness, ..plain(colour, 0.02) }
@@ -121,7 +121,7 @@ fn skin_colour(skin: &Skin, pole: Pole, field: u32, hit: &Hit) -> Light {
     let [bright, deep] = skin.colours.map(linear);
     let mottle = cloudy_noise(place * 2.2, field);
     let ripe = bright.lerp(&deep, smoothstep(0.25, 0.75, mottle));
-    let unripe = cloudy_noise(place * 1.3, field ^ 0x55) - 0.12 * place.y.abs();
+    let unripe = value_noise(place * 1.6, field ^ 0x55) - 0.12 * place.y.abs();
     let patch = smoothstep(0.78 - skin.patch_share, 0.92 - 0.5 * skin.patch_share, unripe);
     let freckle = smoothstep(0.80, 0.95, value_noise(place * 17.0, field ^ 0x99));
     let colour = ripe.lerp(&linear(skin.patch), patch * 0.85) * (1.0 + 0.35 * freckle);
@@ -135,7 +135,7 @@ fn skin_colour(skin: &Skin, pole: Pole, field: u32, hit: &Hit) -> Light {
 fn leaf_colour(ripeness: f32, field: u32, hit: &Hit) -> Light {
     let (along, across) = (hit.local.x as f32, hit.local.y as f32);
     let green = linear([0.19, 0.37, 0.12]).lerp(&linear([0.37, 0.51, 0.16]), ripeness * ripeness);
-    let tone = 0.72 + 0.5 * cloudy_noise(Vector3::new(along * 2.5, across * 2.5, 0.0), field);
+    let tone = 0.74 + 0.46 * value_noise(Vector3::new(along * 3.5, across * 3.5, 0.0), field);
     // Three veins run from the stalk: the middle one and one to either side; finer ones branch off.
     let width = (1.0 - along * along) * (1.0 - along / 3.0);
     let beside = (across.abs() - 0.42 * width).abs();
