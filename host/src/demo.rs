@@ -9,10 +9,14 @@ use std::time::Duration;
 use crate::{
     backproject::PointOptions,
     error::InputError,
-    eval::{EllipsoidF64, attitude::{EQUAL_AXES_RATIO, axis_error_deg}, matching::match_centres},
+    eval::{
+        EllipsoidF64,
+        attitude::{EQUAL_AXES_RATIO, axis_error_deg},
+        matching::match_centres,
+    },
     frame::{Frame, Geometry},
     fruit::Fruit,
-    locate::{Camera, Located, MAX_CAPACITY, Method, Options, RegionSource, locate_frame},
+    locate::{Camera, Located, MAX_CAPACITY, Method, Options, REGION_CAPACITY, RegionSource, locate_frame},
     segment,
     synth::{KinectRig, Scene, SceneOptions, TrueFruit, render_kinect},
 };
@@ -59,7 +63,8 @@ pub fn run(seed: u64) -> Result<Demo, InputError> {
         regions: RegionSource::Colour(segment::preset(Fruit::Jujube.name())),
         points: PointOptions::default(),
         seed,
-        capacity: MAX_CAPACITY,
+        region_capacity: REGION_CAPACITY,
+        cloud_capacity: MAX_CAPACITY,
     };
     let located = locate_frame("demo", &frame, &options)?;
     let camera = Camera::of(&frame)?;
@@ -70,7 +75,8 @@ impl Demo {
     /// One line a fruit of the scene: where it is, where it was found, how far off, how long it took in all.
     pub fn table(&self) -> String {
         let truths: Vec<EllipsoidF64> = self.truth.iter().map(|fruit| fruit.ellipsoid).collect();
-        let found: Vec<EllipsoidF64> = self.located.targets.iter().map(|t| EllipsoidF64::from(&t.ellipsoid)).collect();
+        let found: Vec<EllipsoidF64> =
+            self.located.targets.iter().map(|t| EllipsoidF64::from(&t.ellipsoid)).collect();
         let centres = |list: &[EllipsoidF64]| list.iter().map(|e| e.centre_mm).collect::<Vec<_>>();
         let matching = match_centres(&centres(&truths), &centres(&found), GATE_MM);
 

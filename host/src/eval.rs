@@ -133,7 +133,8 @@ mod tests {
 
     #[test]
     fn distances_are_signed_millimetres() {
-        let truth = EllipsoidF64::of_matrix(Vector3::new(0.0, 0.0, 700.0), [22.0, 11.0, 11.0], Matrix3::identity());
+        let truth =
+            EllipsoidF64::of_matrix(Vector3::new(0.0, 0.0, 700.0), [22.0, 11.0, 11.0], Matrix3::identity());
         for (point, expected) in [
             (Point3::new(24.0, 0.0, 700.0), 2.0),
             (Point3::new(0.0, 0.0, 688.0), 1.0),

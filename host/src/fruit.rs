@@ -47,12 +47,8 @@ impl Fruit {
     /// The configuration of the paper's search for this fruit. Limits are about 0.8 times the shortest and 1.25 times
     /// the longest semi-axis of the sizes named above; the radius spans the fruit from a point in the middle of its visible side.
     pub fn config(self) -> Config {
-        let sized = |min, max, radius| Config {
-            semi_axis_min: min,
-            semi_axis_max: max,
-            radius,
-            ..Config::jujube()
-        };
+        let sized =
+            |min, max, radius| Config { semi_axis_min: min, semi_axis_max: max, radius, ..Config::jujube() };
         match self {
             Self::Jujube => Config::jujube(),
             Self::Apple => Config::apple(),

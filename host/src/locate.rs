@@ -9,7 +9,8 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 use serde::Serialize;
 use varsac_core::{
-    CentralQuadric, Config, Constraint, Detector, Ellipsoid, Point3, Rejection, Score, Workspace, fit, tebc::Shell,
+    CentralQuadric, Config, Constraint, Detector, Ellipsoid, Point3, Rejection, Score, Workspace, fit,
+    tebc::Shell,
 };
 
 use crate::{
@@ -24,8 +25,11 @@ use crate::{
     segment::{self, Regions, SegmentOptions},
 };
 
-/// Points a region may have: what 16-bit indices can name.
+/// Points a cloud may have: what 16-bit indices can name.
 pub const MAX_CAPACITY: usize = varsac_core::point::MAX_POINTS;
+/// Points a region of a frame may have unless said otherwise: what the firmware's buffers hold. A fruit that fills
+/// more of the picture than this has neighbouring pixels to spare.
+pub const REGION_CAPACITY: usize = 2048;
 
 /// How an ellipsoid is searched for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -75,8 +79,10 @@ pub struct Options {
     pub points: PointOptions,
     /// Seed of every region's search.
     pub seed: u64,
-    /// Points a region may have; larger ones are thinned.
-    pub capacity: usize,
+    /// Points a region of a frame may have; larger ones are thinned.
+    pub region_capacity: usize,
+    /// Points a cloud may have; larger ones are thinned.
+    pub cloud_capacity: usize,
 }
 
 /// Why a target is not to be trusted.
@@ -186,7 +192,12 @@ pub fn locate_frame(input: &str, frame: &Frame, options: &Options) -> Result<Loc
     let regions = regions_of(input, frame, &options.regions)?;
     let points = camera.view(frame).points(&regions, &options.points)?;
     let clouds = points.iter().map(|region| region.iter().map(|p| p.point_mm).collect()).collect();
-    search(input, &frame.name, clouds, Vec::new(), options, started)
+    search(
+        &Work { input, name: &frame.name, capacity: options.region_capacity, started },
+        clouds,
+        Vec::new(),
+        options,
+    )
 }
 
 /// Locates fruit in a cloud.
@@ -199,13 +210,18 @@ pub fn locate_cloud(input: &str, cloud: Cloud, options: &Options) -> Result<Loca
         0 => Vec::new(),
         n => vec![format!("{n} points of the file carry no measurement")],
     };
-    search(input, &cloud.name, vec![cloud.points_mm], notes, options, started)
+    let work = Work { input, name: &cloud.name, capacity: options.cloud_capacity, started };
+    search(&work, vec![cloud.points_mm], notes, options)
 }
 
 fn regions_of(input: &str, frame: &Frame, source: &RegionSource) -> Result<Regions, InputError> {
     let all = segment::AreaLimits::ALL;
     let missing = |file: &str| {
-        InputError::at(input, format!("has no {file}"), "leave out --regions to segment by colour, or give --mask FILE")
+        InputError::at(
+            input,
+            format!("has no {file}"),
+            "leave out --regions to segment by colour, or give --mask FILE",
+        )
     };
     match source {
         RegionSource::Colour(options) => segment::segment(&frame.colour, options),
@@ -221,25 +237,34 @@ fn regions_of(input: &str, frame: &Frame, source: &RegionSource) -> Result<Regio
             let mut values = mask.pixels.iter().filter(|&&value| value != 0);
             let first = values.next();
             Ok(match first {
-                Some(first) if values.any(|value| value != first) => segment::regions::instance_regions(mask, all),
+                Some(first) if values.any(|value| value != first) => {
+                    segment::regions::instance_regions(mask, all)
+                }
                 _ => segment::regions::connected_regions(mask, all),
             })
         }
     }
 }
 
+/// What is searched, for the results and the clock.
+struct Work<'a> {
+    input: &'a str,
+    name: &'a str,
+    capacity: usize,
+    started: Instant,
+}
+
 /// Searches each cloud and puts the results together.
 fn search(
-    input: &str,
-    name: &str,
+    work: &Work<'_>,
     clouds: Vec<Vec<Point3>>,
     mut notes: Vec<String>,
     options: &Options,
-    started: Instant,
 ) -> Result<Located, InputError> {
-    let detector = Detector::new(options.config.clone())
-        .map_err(|error| InputError::at("configuration", error.to_string(), "change the option that sets it"))?;
-    let capacity = options.capacity.min(MAX_CAPACITY);
+    let detector = Detector::new(options.config.clone()).map_err(|error| {
+        InputError::at("configuration", error.to_string(), "change the option that sets it")
+    })?;
+    let capacity = work.capacity.min(MAX_CAPACITY);
     let found: Vec<_> = clouds
         .par_iter()
         .enumerate()
@@ -252,8 +277,8 @@ fn search(
         .collect::<Result<_, InputError>>()?;
 
     let mut located = Located {
-        input: input.to_owned(),
-        name: name.to_owned(),
+        input: work.input.to_owned(),
+        name: work.name.to_owned(),
         method: options.method,
         seed: options.seed,
         points: Vec::new(),
@@ -270,7 +295,7 @@ fn search(
         notes.extend(note);
     }
     located.notes = notes;
-    located.elapsed = started.elapsed();
+    located.elapsed = work.started.elapsed();
     Ok(located)
 }
 
@@ -281,13 +306,10 @@ fn search_region(cloud: &[Point3], detector: &Detector, options: &Options) -> Re
     match options.method {
         Method::Varsac => {
             let mut workspace = RegionWorkspace::new(cloud.len());
-            let mut run = detector
-                .detect(cloud, workspace.scratch(), options.seed)
-                .map_err(|error| InputError::at("cloud", error.to_string(), "check the unit (--unit) and the file"))?;
-            let targets = run
-                .by_ref()
-                .map(|d| target(d.ellipsoid, d.score, d.report.trials))
-                .collect();
+            let mut run = detector.detect(cloud, workspace.scratch(), options.seed).map_err(|error| {
+                InputError::at("cloud", error.to_string(), "check the unit (--unit) and the file")
+            })?;
+            let targets = run.by_ref().map(|d| target(d.ellipsoid, d.score, d.report.trials)).collect();
             Ok((targets, run.labels().iter().map(|&label| u32::from(label)).collect()))
         }
         Method::Ransac => {

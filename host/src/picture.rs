@@ -43,7 +43,9 @@ fn overlays(located: &Located) -> Vec<Overlay> {
         number: k as u32 + 1,
         ellipsoid: EllipsoidF64::from(&target.ellipsoid),
         status: match &target.refusal {
-            None => Status::Found(format!("{:.0} % of {}", 100.0 * target.score.ratio(), target.score.candidates)),
+            None => {
+                Status::Found(format!("{:.0} % of {}", 100.0 * target.score.ratio(), target.score.candidates))
+            }
             Some(refusal) => Status::Refused(format!("{} {:.2}", refusal.code, refusal.value)),
         },
         centre_covariance_mm2: None,

@@ -143,8 +143,18 @@ pub fn table(located: &Located) -> String {
         let _ = writeln!(
             text,
             "  {:>3}  {:>8.1} {:>8.1} {:>8.1}  {:>6.2} {:>6.2} {:>6.2}  {:>5.2} {:>5.2} {:>5.2}  {:>4.0}% {:>7}  {status}",
-            k + 1, c.x, c.y, c.z, s[0], s[1], s[2], a[0], a[1], a[2],
-            100.0 * target.score.ratio(), target.score.inliers
+            k + 1,
+            c.x,
+            c.y,
+            c.z,
+            s[0],
+            s[1],
+            s[2],
+            a[0],
+            a[1],
+            a[2],
+            100.0 * target.score.ratio(),
+            target.score.inliers
         );
     }
     text

@@ -9,7 +9,7 @@ use crate::{demo, error::InputError, frame::Frame, picture};
 
 /// Options of `varsac demo`.
 #[derive(Debug, Args)]
-pub struct DemoArgs {
+pub(super) struct DemoArgs {
     /// Seed of the scene and of the search.
     #[arg(long, default_value_t = demo::SEED)]
     seed: u64,

@@ -13,7 +13,10 @@ use crate::{
     error::InputError,
     frame::{Frame, png_file},
     fruit::Fruit,
-    locate::{Camera, Located, MAX_CAPACITY, Method, Options, RegionSource, locate_cloud, locate_frame},
+    locate::{
+        Camera, Located, MAX_CAPACITY, Method, Options, REGION_CAPACITY, RegionSource, locate_cloud,
+        locate_frame,
+    },
     picture, ply_out,
     report::{InputReport, table},
     segment::{AreaLimits, HueRange, SegmentOptions, preset},
@@ -31,7 +34,7 @@ Examples:
   varsac locate frames/* --fruit apple --json > found.jsonl
   varsac locate scan.ply --fruit lemon --radius all --constraint trace
   varsac locate log.csv --fruit none --method direct --constraint trace")]
-pub struct LocateArgs {
+pub(super) struct LocateArgs {
     /// Frame folders, clouds (.ply .pcd .csv .xyz), or - for csv on standard input.
     #[arg(required = true, value_name = "INPUT")]
     inputs: Vec<PathBuf>,
@@ -97,9 +100,10 @@ pub struct LocateArgs {
     /// Unit of a cloud's coordinates [default: m for .pcd, mm otherwise].
     #[arg(long, value_enum)]
     unit: Option<Unit>,
-    /// Points a region or cloud may have; larger ones are thinned evenly.
-    #[arg(long, value_name = "N", default_value_t = MAX_CAPACITY)]
-    capacity: usize,
+    /// Points a region or cloud may have; larger ones are thinned evenly [default: 2048 for a region of a frame,
+    /// 65535 for a cloud].
+    #[arg(long, value_name = "N")]
+    capacity: Option<usize>,
 
     /// Draw the result; with several inputs the name of each is put before the extension.
     #[arg(long, value_name = "FILE.png")]
@@ -153,7 +157,9 @@ fn parse_hue(text: &str) -> Result<HueRange, String> {
     let (from, to) = bounds(text).ok_or("write degrees as FROM..TO, e.g. 252..36")?;
     let whole = |value: f32| {
         let inside = (0.0..=360.0).contains(&value) && value.fract() == 0.0;
-        inside.then_some(value as u16).ok_or_else(|| format!("{value} is not a whole number of degrees from 0 to 360"))
+        inside
+            .then_some(value as u16)
+            .ok_or_else(|| format!("{value} is not a whole number of degrees from 0 to 360"))
     };
     Ok(HueRange { from_deg: whole(from)?, to_deg: whole(to)? })
 }
@@ -205,10 +211,12 @@ impl LocateArgs {
     }
 
     fn options(&self) -> Result<Options, InputError> {
-        if self.capacity == 0 || self.capacity > MAX_CAPACITY {
+        if let Some(capacity) = self.capacity
+            && !(1..=MAX_CAPACITY).contains(&capacity)
+        {
             return Err(InputError::at(
                 "--capacity",
-                format!("is {}", self.capacity),
+                format!("is {capacity}"),
                 format!("give 1 to {MAX_CAPACITY}: the core's indices have 16 bits"),
             ));
         }
@@ -235,7 +243,8 @@ impl LocateArgs {
             regions,
             points: PointOptions { flying_span_mm: self.flying_span, ..PointOptions::default() },
             seed: self.seed,
-            capacity: self.capacity,
+            region_capacity: self.capacity.unwrap_or(REGION_CAPACITY),
+            cloud_capacity: self.capacity.unwrap_or(MAX_CAPACITY),
         })
     }
 
@@ -285,7 +294,9 @@ pub(super) fn run(args: &LocateArgs) -> Result<Outcome, InputError> {
     progress.finish_and_clear();
     match failed {
         None => Ok(outcome),
-        Some(error) => Err(InputError::at("locate", "not every input could be read", format!("the last was: {error}"))),
+        Some(error) => {
+            Err(InputError::at("locate", "not every input could be read", format!("the last was: {error}")))
+        }
     }
 }
 
@@ -323,7 +334,10 @@ fn one(args: &LocateArgs, path: &Path, options: &Options) -> Result<(String, boo
     let found = located.targets.iter().any(|target| target.refusal.is_none());
     let text = if args.json {
         let report = InputReport::new(&located);
-        format!("{}\n", serde_json::to_string(&report).expect("a report of numbers and strings has a JSON form"))
+        format!(
+            "{}\n",
+            serde_json::to_string(&report).expect("a report of numbers and strings has a JSON form")
+        )
     } else {
         table(&located)
     };

@@ -72,9 +72,11 @@ fn run(cli: Cli) -> Result<Outcome, InputError> {
 fn print(text: &str) -> Result<(), InputError> {
     use std::io::Write as _;
     match std::io::stdout().lock().write_all(text.as_bytes()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(InputError::at("standard output", format!("cannot be written ({error})"), "check where it goes"))
-        }
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(InputError::at(
+            "standard output",
+            format!("cannot be written ({error})"),
+            "check where it goes",
+        )),
         _ => Ok(()),
     }
 }

@@ -10,9 +10,11 @@
 
 pub mod filter;
 pub mod hue;
+pub mod preset;
 pub mod regions;
 
 pub use hue::{ColourGate, HueRange};
+pub use preset::preset;
 pub use regions::{AreaLimits, Region, RegionImage, Regions};
 
 use crate::error::InputError;
@@ -27,15 +29,6 @@ pub struct SegmentOptions {
     pub mean_radius_px: usize,
     /// Areas of regions that are kept, pixels of the colour image.
     pub area: AreaLimits,
-}
-
-/// A named set of options.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SegmentPreset {
-    /// Name of the fruit, as on the command line.
-    pub fruit: &'static str,
-    /// Its options.
-    pub options: SegmentOptions,
 }
 
 /// Regions of fruit colour.

@@ -8,7 +8,6 @@
 use nalgebra::{Point2, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::eval::EllipsoidF64;
 use super::foliage::{self, Backdrop};
 use super::fruit::FruitKind;
 use super::noise::Noise;
@@ -18,6 +17,7 @@ use super::shade::{Light, shade, sunward, to_display};
 use super::shape::{Ball, Hit, Ray};
 use super::tiles::{Rectangle, Tiles};
 use crate::backproject::Pinhole;
+use crate::eval::EllipsoidF64;
 use crate::image::{ColourImage, DepthImage, Image, LabelImage};
 use crate::kinect::calibration::IrParameters;
 use crate::kinect::{

@@ -5,12 +5,12 @@
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
-use crate::eval::EllipsoidF64;
 use super::fruit::{FruitKind, Pole};
 use super::noise::Noise;
 use super::sensor::SensorOptions;
 use super::shade::Material;
 use super::shape::{Capsule, Ellipsoid, Shape};
+use crate::eval::EllipsoidF64;
 
 /// Places tried for one fruit.
 const FRUIT_TRIES: usize = 300;

@@ -8,9 +8,9 @@
 use nalgebra::{Matrix3, Vector3};
 use varsac_core::Point3;
 
-use crate::eval::EllipsoidF64;
 use super::noise::Noise;
 use crate::error::InputError;
+use crate::eval::EllipsoidF64;
 
 /// What to simulate.
 #[derive(Debug, Clone, Copy, PartialEq)]
