@@ -191,10 +191,10 @@ pub fn locate_frame(input: &str, frame: &Frame, options: &Options) -> Result<Loc
     let camera = Camera::of(frame)?;
     let regions = regions_of(input, frame, &options.regions)?;
     let points = camera.view(frame).points(&regions, &options.points)?;
-    let clouds = points.iter().map(|region| region.iter().map(|p| p.point_mm).collect()).collect();
+    let clouds: Vec<_> = points.iter().map(|region| region.iter().map(|p| p.point_mm).collect()).collect();
     search(
         &Work { input, name: &frame.name, capacity: options.region_capacity, started },
-        clouds,
+        &clouds,
         Vec::new(),
         options,
     )
@@ -211,7 +211,7 @@ pub fn locate_cloud(input: &str, cloud: Cloud, options: &Options) -> Result<Loca
         n => vec![format!("{n} points of the file carry no measurement")],
     };
     let work = Work { input, name: &cloud.name, capacity: options.cloud_capacity, started };
-    search(&work, vec![cloud.points_mm], notes, options)
+    search(&work, &[cloud.points_mm], notes, options)
 }
 
 fn regions_of(input: &str, frame: &Frame, source: &RegionSource) -> Result<Regions, InputError> {
@@ -257,7 +257,7 @@ struct Work<'a> {
 /// Searches each cloud and puts the results together.
 fn search(
     work: &Work<'_>,
-    clouds: Vec<Vec<Point3>>,
+    clouds: &[Vec<Point3>],
     mut notes: Vec<String>,
     options: &Options,
 ) -> Result<Located, InputError> {
