@@ -93,7 +93,7 @@ fn quaternion(axes: &[[f32; 3]; 3]) -> [f32; 4] {
         [m02 + m20, m12 + m21, 1.0 + m22 - m00 - m11, m10 - m01]
     };
     let norm = libm::sqrtf(x * x + y * y + z * z + w * w);
-    if fault::is(Fault::Detection) {
+    if fault::is(Fault::Attitude) {
         let signed = if w < 0.0 { -norm } else { norm };
         return [x / signed, y / signed, z / signed, w / signed];
     }

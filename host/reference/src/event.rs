@@ -3,9 +3,9 @@
 //! Within a trial: `SeedPoint` and `Neighbourhood` (finite radius only), `Sample` (if one was drawn), `Normal`,
 //! `Solution`, `Quadric`, `Invariants`, `Hypothesis` as far as the fit gets, then `Rejected` or `Score`, then
 //! `Bound` if the hypothesis is the best so far. Within a refit: `Normal` to `Hypothesis` as far as the fit gets,
-//! then `Refit` if the new surface replaces the old one. A claimed target is a `Detection`.
+//! then `Refit` if the new surface replaces the old one. A search ends in a `Detection` or is `Missed`.
 
-use crate::{Central, Detection, Score};
+use crate::{Central, Detection, Report, Score};
 
 /// Why a hypothesis died.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,4 +56,6 @@ pub enum Event {
     Refit(Central),
     /// A target as it is reported (chapter 10.4).
     Detection(Detection),
+    /// What a search did that came to nothing (chapter 10.2 or 10.4).
+    Missed(Report),
 }

@@ -28,13 +28,17 @@ pub enum Fault {
     Score,
     /// The bound takes the logarithm of `1 - x` instead of `log1p(-x)`.
     Bound,
+    /// Of two equally good hypotheses the later one is kept.
+    Best,
     /// A refit that changes nothing is taken for a new surface.
     Refit,
     /// The sweep takes the pair (0, 2) before the pair (0, 1).
-    Eigen,
+    Eigenpairs,
     /// A semi-axis is the root of the reciprocal instead of the reciprocal of the root.
     Ellipsoid,
     /// The quaternion is divided by its norm instead of multiplied by the reciprocal.
+    Attitude,
+    /// A target with exactly as many points as it needs is dropped.
     Detection,
     /// A point in the shells of two targets goes to the later one.
     Labels,

@@ -18,7 +18,7 @@ pub fn eigen(shape: &Symmetric) -> Eigen {
     let mut m = [[s.xx, s.xy, s.xz], [s.xy, s.yy, s.yz], [s.xz, s.yz, s.zz]];
     let mut v = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let mut pairs = [(0, 1, 2), (0, 2, 1), (1, 2, 0)];
-    if fault::is(Fault::Eigen) {
+    if fault::is(Fault::Eigenpairs) {
         pairs.swap(0, 1);
     }
     for _sweep in 0..8 {

@@ -1,5 +1,6 @@
 //! The search for one target: contract, chapter 9; Algorithm 1.
 
+use crate::fault::{self, Fault};
 use crate::neighbourhood::{live_points, neighbourhood, seed_point};
 use crate::{Central, Config, Event, Point, Rejection, Score, Stream};
 use crate::{fit_observed, score, size_accepted, trials};
@@ -72,7 +73,8 @@ pub fn search_target(
             Ok((surface, support)) => {
                 report.scored += 1;
                 observe(Event::Score(support));
-                if best.is_none() || support.inliers > report.support.inliers {
+                let tie = fault::is(Fault::Best) && support.inliers == report.support.inliers;
+                if best.is_none() || support.inliers > report.support.inliers || tie {
                     best = Some(surface);
                     report.support = support;
                     report.bound =

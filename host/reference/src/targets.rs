@@ -74,12 +74,15 @@ pub fn trace(
         let (best, report) = search_target(cloud, &labels, config, &mut stream, observe);
         let Some(best) = best else {
             failures += 1;
+            observe(Event::Missed(report));
             continue;
         };
         let surface = refitted(cloud, &labels, config, best, observe);
         let claimed = live_inside(cloud, &labels, config.shell, &surface);
-        if (claimed.len() as u32) < config.min_inliers {
+        let tie = fault::is(Fault::Detection) && claimed.len() as u32 == config.min_inliers;
+        if (claimed.len() as u32) < config.min_inliers || tie {
             failures += 1;
+            observe(Event::Missed(report));
             continue;
         }
         let target = detections.len() as u8 + 1;
