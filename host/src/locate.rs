@@ -188,16 +188,29 @@ impl Camera {
 /// A mask that is asked for and missing or of the wrong size, intrinsics that describe no camera, a configuration out of range.
 pub fn locate_frame(input: &str, frame: &Frame, options: &Options) -> Result<Located, InputError> {
     let started = Instant::now();
-    let camera = Camera::of(frame)?;
-    let regions = regions_of(input, frame, &options.regions)?;
-    let points = camera.view(frame).points(&regions, &options.points)?;
-    let clouds: Vec<_> = points.iter().map(|region| region.iter().map(|p| p.point_mm).collect()).collect();
+    let clouds = region_clouds(input, frame, &options.regions, &options.points)?;
     search(
         &Work { input, name: &frame.name, capacity: options.region_capacity, started },
         &clouds,
         Vec::new(),
         options,
     )
+}
+
+/// The points of each region of a frame, in the order of the regions.
+///
+/// # Errors
+/// As [`locate_frame`].
+pub fn region_clouds(
+    input: &str,
+    frame: &Frame,
+    source: &RegionSource,
+    options: &PointOptions,
+) -> Result<Vec<Vec<Point3>>, InputError> {
+    let camera = Camera::of(frame)?;
+    let regions = regions_of(input, frame, source)?;
+    let points = camera.view(frame).points(&regions, options)?;
+    Ok(points.iter().map(|region| region.iter().map(|p| p.point_mm).collect()).collect())
 }
 
 /// Locates fruit in a cloud.

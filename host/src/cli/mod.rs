@@ -3,12 +3,13 @@
 //! Results go to standard output, notes and progress to standard error. Exit code 0: found, 1: nothing found (or a
 //! difference, for `check`), 2: usage or input that cannot be read.
 
+mod check;
 mod demo;
 mod locate;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
-use crate::error::InputError;
+use crate::{check::CheckArgs, error::InputError};
 
 /// Finds ellipsoidal fruit in depth-camera views: where each one is, how big, how it lies.
 #[derive(Debug, Parser)]
@@ -28,6 +29,8 @@ enum Command {
     Demo(demo::DemoArgs),
     /// Locate fruit in frame folders and point clouds.
     Locate(Box<locate::LocateArgs>),
+    /// Compare the core with the float reference, every stage, bit for bit.
+    Check(CheckArgs),
     /// Print the completions of a shell to standard output.
     Completions {
         /// The shell to complete for.
@@ -61,6 +64,7 @@ fn run(cli: Cli) -> Result<Outcome, InputError> {
         None => demo::run(&demo::DemoArgs::default()),
         Some(Command::Demo(args)) => demo::run(&args),
         Some(Command::Locate(args)) => locate::run(&args),
+        Some(Command::Check(args)) => check::run(&args),
         Some(Command::Completions { shell }) => {
             clap_complete::generate(shell, &mut Cli::command(), "varsac", &mut std::io::stdout());
             Ok(Outcome::Found)
