@@ -15,6 +15,7 @@ mod scenes;
 
 pub use cases::{Family, RecordedCloud};
 pub use record::Stage;
+pub use reference_side::config as reference_config;
 pub use report::{Difference, Outcome};
 
 use cases::Case;

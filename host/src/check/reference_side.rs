@@ -28,8 +28,8 @@ pub(crate) fn points(cloud: &[Point3]) -> Vec<reference::Point> {
     cloud.iter().map(|p| [p.x, p.y, p.z]).collect()
 }
 
-/// The configuration under the names of the contract.
-pub(crate) fn config(config: &Config) -> reference::Config {
+/// A configuration of the core under the names of the contract, for the reference.
+pub fn config(config: &Config) -> reference::Config {
     reference::Config {
         confidence: config.confidence,
         sizes: config.sample_sizes.to_vec(),
