@@ -206,7 +206,7 @@ fn solve(factors: &Factors, b: &[f32; 9]) -> [f32; 9] {
     let mut x = [0.0_f32; 9];
     for i in (0..9).rev() {
         let mut s = y[i];
-        for k in i + 1..9 {
+        for k in (i + 1..9).rev() {
             s -= l[k][i] * x[k];
         }
         x[i] = s;

@@ -77,7 +77,7 @@ fn hex(words: &[u32]) -> Vec<String> {
 pub(crate) fn check_file(name: &str, what: &str, cases: &[Case], core: impl Fn(&Case)) {
     let path: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR")).join("vectors").join(format!("{name}.txt"));
     let made = render(name, what, cases);
-    if std::env::var_os("VARSAC_BLESS").is_some() {
+    if std::env::var_os("VARSAC_BLESS").is_some_and(|value| value == "1") {
         std::fs::write(&path, &made).expect("tests/vectors can be written to");
     }
     let text = std::fs::read_to_string(&path).unwrap_or_default();

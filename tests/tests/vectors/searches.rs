@@ -63,5 +63,5 @@ fn digest_of_a_check() {
         .integers("fits", [outcome.fits() as u32])
         .integers("digest", halves(outcome.digest));
     let what = "All stages: the digest (low word first) of `varsac check --seed 1 --cases 200`.";
-    check_file("digest", what, &[case], |case| case.expect_integers("digest", &halves(outcome.digest)));
+    check_file("check", what, &[case], |case| case.expect_integers("digest", &halves(outcome.digest)));
 }
