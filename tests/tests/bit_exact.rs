@@ -5,7 +5,7 @@ use varsac_core::Point3;
 use varsac_host::check::{self, Family, Options, Outcome, RecordedCloud, Stage};
 use varsac_reference::{Fault, inject};
 
-fn options(cases: u64, seed: u64) -> Options {
+fn options(cases: u32, seed: u64) -> Options {
     Options { cases, seed, ..Options::default() }
 }
 
@@ -68,7 +68,7 @@ fn a_fault_in_any_stage_is_caught_and_the_stage_is_named() {
             assert_eq!(found.replay, format!("varsac check --seed {seed} --case {}", found.case));
 
             // The replay of the case shows the same difference while the fault is there, and none without it.
-            let replay = Options { case: Some(found.case), ..options(1, seed) };
+            let replay = Options { case: Some(found.case as u32), ..options(1, seed) };
             assert_eq!(check_with(Some(fault), 1, &replay).difference, Some(found));
             assert_eq!(check_with(None, 1, &replay).difference, None);
         }

@@ -25,7 +25,7 @@ pub enum Family {
     Scale,
     /// A surface without noise, whose points are exactly as many as a target needs.
     Exact,
-    /// Single stages on inputs made for their ties and edges; see [`super::parts`].
+    /// Single stages on inputs made for their ties and edges.
     Parts,
     /// A recorded cloud.
     Recorded,
