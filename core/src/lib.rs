@@ -2,6 +2,8 @@
 #![no_std]
 pub mod jacobi;
 pub mod linalg;
+#[cfg(feature = "link")]
+pub mod link;
 pub mod point;
 pub mod rng;
 
