@@ -3,12 +3,13 @@
 
 use std::collections::VecDeque;
 
-use varsac_core::Point3;
-use varsac_core::link::message::{Answer, Ending, Hello, REJECTIONS, Report, Search, Target, Welcome};
+use varsac_core::link::message::Answer;
+use varsac_core::link::payload::{Ending, Hello, REJECTIONS, Report, Search, Target, Welcome};
 use varsac_core::link::{
     CloudReceiver, CloudSender, FrameReceiver, Incoming, Loss, MAX_WIRE, Message, Reason, Session, Timing,
 };
 use varsac_core::rng::Stream;
+use varsac_core::{Finish, Point3};
 
 /// A frame on the wire, and what it says.
 struct Sent {
@@ -166,7 +167,7 @@ impl Device {
                     Some(points) => {
                         let target = target_of(&self.memory[..points], search.seed);
                         let report = Report {
-                            ending: Ending::Complete,
+                            ending: Ending::Complete(Finish::FewPoints),
                             targets: 1,
                             trials: points as u32,
                             steps: 1,
@@ -200,7 +201,7 @@ fn target_of(cloud: &[Point3], seed: u64) -> Target {
         hash = (hash ^ u64::from(value.to_bits())).wrapping_mul(0x0100_0000_01B3);
     }
     Target {
-        index: 0,
+        target: 1,
         refusal: None,
         centre_mm: [1.0, 2.0, 3.0],
         semi_axes_mm: [3.0, 2.0, 1.0],
@@ -209,6 +210,7 @@ fn target_of(cloud: &[Point3], seed: u64) -> Target {
         inliers: hash as u32,
         candidates: (hash >> 32) as u32,
         trials: cloud.len() as u32,
+        covariance: None,
     }
 }
 

@@ -1,13 +1,17 @@
-//! What the two sides say to each other: plain data, no references into either program.
+//! What the two sides say to each other, and the answers to it.
 //!
-//! A message is a type number in the frame's header and a postcard payload. Every message is answered by one
-//! [`Answer`]: taken, or not taken and why. Lengths are millimetres in the camera's optical frame, as everywhere.
+//! A message is a type number in the frame's header and a postcard payload (see [`super::payload`]). Every message is
+//! answered by one [`Answer`]: taken, or not taken and why.
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::frame::{self, Header, TooLong};
-use crate::Point3;
+use super::payload::{
+    CHUNK_POINTS, CloudBegin, CloudChunk, CloudEnd, Fault, Hello, POINT_BYTES, Report, Search, Target,
+    Welcome,
+};
+use crate::Config;
 
 /// Type numbers, fixed for [`frame::VERSION`] 1.
 pub mod kind {
@@ -15,6 +19,8 @@ pub mod kind {
     pub const HELLO: u8 = 0x01;
     /// Device introduces itself in answer to Hello.
     pub const WELCOME: u8 = 0x02;
+    /// Host sets the configuration of the searches that follow.
+    pub const CONFIGURE: u8 = 0x10;
     /// Host announces a cloud.
     pub const CLOUD_BEGIN: u8 = 0x11;
     /// Some of its points.
@@ -29,10 +35,8 @@ pub mod kind {
     pub const POLL: u8 = 0x22;
     /// Device found one target.
     pub const TARGET: u8 = 0x30;
-    /// Its covariance.
-    pub const COVARIANCE: u8 = 0x31;
     /// Device ended the search.
-    pub const REPORT: u8 = 0x32;
+    pub const REPORT: u8 = 0x31;
     /// Device tells of a fault that no message of the host caused.
     pub const FAULT: u8 = 0x3F;
     /// Answer: taken.
@@ -41,18 +45,16 @@ pub mod kind {
     pub const NACK: u8 = 0x7F;
 }
 
-/// Points in one [`CloudChunk`] at most: 960 bytes and the lengths before them stay below [`frame::MAX_PAYLOAD`].
-pub const CHUNK_POINTS: usize = 80;
-/// Bytes of one point: x, y, z as little-endian `f32`.
-pub const POINT_BYTES: usize = 12;
-
 /// One message, borrowed from the frame it came in.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "no heap to box into; it lives for the length of one call")]
 pub enum Message<'a> {
     /// See [`Hello`].
     Hello(Hello),
     /// See [`Welcome`].
     Welcome(Welcome),
+    /// Sets the configuration of the searches that follow, until the session ends.
+    Configure(Config),
     /// See [`CloudBegin`].
     CloudBegin(CloudBegin),
     /// See [`CloudChunk`].
@@ -67,164 +69,10 @@ pub enum Message<'a> {
     Poll,
     /// See [`Target`].
     Target(Target),
-    /// See [`Covariance`].
-    Covariance(Covariance),
     /// See [`Report`].
     Report(Report),
     /// See [`Fault`].
     Fault(Fault),
-}
-
-/// Opens a session, whose number the frame's header carries; everything of an earlier session is forgotten.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Hello {
-    /// Largest payload the host takes, bytes.
-    pub max_payload: u16,
-}
-
-/// What the device is and has room for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Welcome {
-    /// Version of varsac-core: major, minor, patch.
-    pub core_version: [u8; 3],
-    /// Number of the board in the firmware's table of boards; 0 for the native simulation.
-    pub board: u8,
-    /// Largest payload the device takes, bytes.
-    pub max_payload: u16,
-    /// Points a cloud may have.
-    pub capacity: u16,
-}
-
-/// Announces a cloud; the device forgets the one it had.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct CloudBegin {
-    /// Points that will follow.
-    pub points: u16,
-}
-
-/// Points of the cloud, in order, without gaps.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct CloudChunk<'a> {
-    /// Index of the first of them.
-    pub offset: u16,
-    /// [`POINT_BYTES`] a point, at most [`CHUNK_POINTS`] points.
-    #[serde(borrow)]
-    pub points: &'a [u8],
-}
-
-impl<'a> CloudChunk<'a> {
-    /// The points, read where they lie in the frame.
-    pub fn iter(&self) -> impl Iterator<Item = Point3> + use<'a> {
-        self.points.as_chunks::<POINT_BYTES>().0.iter().map(
-            |&[x0, x1, x2, x3, y0, y1, y2, y3, z0, z1, z2, z3]| {
-                Point3::new(
-                    f32::from_le_bytes([x0, x1, x2, x3]),
-                    f32::from_le_bytes([y0, y1, y2, y3]),
-                    f32::from_le_bytes([z0, z1, z2, z3]),
-                )
-            },
-        )
-    }
-}
-
-/// Completes the cloud.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct CloudEnd {
-    /// CRC-32 (ISO-HDLC) over the bytes of all points in order.
-    pub checksum: u32,
-}
-
-/// Starts a search of the cloud that is there; it can be searched again with another seed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Search {
-    /// Seed of the random stream.
-    pub seed: u64,
-    /// Steps of the detector after which the search ends (a deadline in work, not in time); 0: no limit but the
-    /// configuration's.
-    pub step_budget: u32,
-}
-
-/// Why a target is refused: what was measured and what was allowed.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct TargetRefusal {
-    /// Which test.
-    pub code: u8,
-    /// What it measured.
-    pub value: f32,
-    /// What it allows.
-    pub limit: f32,
-}
-
-/// One fruit, sent as soon as it is found.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Target {
-    /// 0, 1, ... in the order of detection.
-    pub index: u16,
-    /// Why it is refused, if it is.
-    pub refusal: Option<TargetRefusal>,
-    /// Centre, mm.
-    pub centre_mm: [f32; 3],
-    /// Semi-axes, longest first, mm.
-    pub semi_axes_mm: [f32; 3],
-    /// Row k is the unit vector of the k-th semi-axis.
-    pub axes: [[f32; 3]; 3],
-    /// Attitude, `w >= 0`.
-    pub quaternion_xyzw: [f32; 4],
-    /// Points that support it.
-    pub inliers: u32,
-    /// Points that could have.
-    pub candidates: u32,
-    /// Hypotheses that were tried for it.
-    pub trials: u32,
-}
-
-/// Uncertainty of the target before it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Covariance {
-    /// [`Target::index`].
-    pub index: u16,
-    /// Lower triangle of the 9x9 matrix by rows, cut into nine runs of five.
-    pub packed: [[f32; 5]; 9],
-}
-
-/// How a search ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Ending {
-    /// By its own stopping rule.
-    Complete,
-    /// By [`Message::Abort`].
-    Aborted,
-    /// By [`Search::step_budget`].
-    BudgetSpent,
-}
-
-/// Kinds of rejection a [`Report`] has room for.
-pub const REJECTIONS: usize = 16;
-
-/// The end of a search; no target follows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Report {
-    /// Why it ended.
-    pub ending: Ending,
-    /// Targets that were sent.
-    pub targets: u16,
-    /// Hypotheses that were tried.
-    pub trials: u32,
-    /// Steps the detector took.
-    pub steps: u32,
-    /// Hypotheses that died, by reason.
-    pub rejections: [u32; REJECTIONS],
-    /// Deepest use of the stack since start, bytes; none where it is not measured.
-    pub stack_bytes: Option<u32>,
-}
-
-/// A fault of the device itself.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Fault {
-    /// What, by the firmware's numbering.
-    pub code: u8,
-    /// The offending value.
-    pub value: u32,
 }
 
 /// Why a message was not taken. The session goes on, but for [`Reason::NoSession`] and [`Reason::Version`].
@@ -279,6 +127,7 @@ impl<'a> Message<'a> {
         match self {
             Self::Hello(_) => kind::HELLO,
             Self::Welcome(_) => kind::WELCOME,
+            Self::Configure(_) => kind::CONFIGURE,
             Self::CloudBegin(_) => kind::CLOUD_BEGIN,
             Self::CloudChunk(_) => kind::CLOUD_CHUNK,
             Self::CloudEnd(_) => kind::CLOUD_END,
@@ -286,7 +135,6 @@ impl<'a> Message<'a> {
             Self::Abort => kind::ABORT,
             Self::Poll => kind::POLL,
             Self::Target(_) => kind::TARGET,
-            Self::Covariance(_) => kind::COVARIANCE,
             Self::Report(_) => kind::REPORT,
             Self::Fault(_) => kind::FAULT,
         }
@@ -301,13 +149,13 @@ impl<'a> Message<'a> {
         match self {
             Self::Hello(payload) => frame::encode(&header, payload, wire),
             Self::Welcome(payload) => frame::encode(&header, payload, wire),
+            Self::Configure(payload) => frame::encode(&header, payload, wire),
             Self::CloudBegin(payload) => frame::encode(&header, payload, wire),
             Self::CloudChunk(payload) => frame::encode(&header, payload, wire),
             Self::CloudEnd(payload) => frame::encode(&header, payload, wire),
             Self::Search(payload) => frame::encode(&header, payload, wire),
             Self::Abort | Self::Poll => frame::encode(&header, &(), wire),
             Self::Target(payload) => frame::encode(&header, payload, wire),
-            Self::Covariance(payload) => frame::encode(&header, payload, wire),
             Self::Report(payload) => frame::encode(&header, payload, wire),
             Self::Fault(payload) => frame::encode(&header, payload, wire),
         }
@@ -318,6 +166,7 @@ impl<'a> Message<'a> {
         Some(match kind {
             kind::HELLO => Self::Hello(exactly(payload)?),
             kind::WELCOME => Self::Welcome(exactly(payload)?),
+            kind::CONFIGURE => Self::Configure(exactly(payload)?),
             kind::CLOUD_BEGIN => Self::CloudBegin(exactly(payload)?),
             kind::CLOUD_CHUNK => {
                 let (chunk, []) = postcard::take_from_bytes::<CloudChunk<'a>>(payload).ok()? else {
@@ -335,7 +184,6 @@ impl<'a> Message<'a> {
             kind::ABORT if payload.is_empty() => Self::Abort,
             kind::POLL if payload.is_empty() => Self::Poll,
             kind::TARGET => Self::Target(exactly(payload)?),
-            kind::COVARIANCE => Self::Covariance(exactly(payload)?),
             kind::REPORT => Self::Report(exactly(payload)?),
             kind::FAULT => Self::Fault(exactly(payload)?),
             _ => return None,
@@ -354,8 +202,10 @@ pub(super) fn exactly<T: DeserializeOwned>(payload: &[u8]) -> Option<T> {
 #[cfg(test)]
 mod tests {
     use super::super::frame::{MAX_PAYLOAD, MAX_WIRE};
+    use super::super::payload::{Ending, REJECTIONS, TargetRefusal};
     use super::super::receiver::FrameReceiver;
     use super::*;
+    use crate::Finish;
 
     const POINTS: [u8; CHUNK_POINTS * POINT_BYTES] = [0xFF; CHUNK_POINTS * POINT_BYTES];
 
@@ -369,6 +219,12 @@ mod tests {
                 max_payload: u16::MAX,
                 capacity: u16::MAX,
             }),
+            Message::Configure(Config {
+                sample_sizes: core::iter::repeat_n(32, crate::MAX_SIZES).collect(),
+                max_trials: u32::MAX,
+                min_inliers: u16::MAX,
+                ..Config::jujube()
+            }),
             Message::CloudBegin(CloudBegin { points: u16::MAX }),
             Message::CloudChunk(CloudChunk { offset: u16::MAX, points: &POINTS }),
             Message::CloudEnd(CloudEnd { checksum: u32::MAX }),
@@ -376,7 +232,7 @@ mod tests {
             Message::Abort,
             Message::Poll,
             Message::Target(Target {
-                index: u16::MAX,
+                target: u8::MAX,
                 refusal: Some(TargetRefusal { code: 255, value: 1.0, limit: -1.0 }),
                 centre_mm: [1.0, -2.0, 700.0],
                 semi_axes_mm: [22.0, 11.0, 11.0],
@@ -385,11 +241,11 @@ mod tests {
                 inliers: u32::MAX,
                 candidates: u32::MAX,
                 trials: u32::MAX,
+                covariance: Some([[0.5; 5]; 9]),
             }),
-            Message::Covariance(Covariance { index: u16::MAX, packed: [[0.5; 5]; 9] }),
             Message::Report(Report {
-                ending: Ending::BudgetSpent,
-                targets: u16::MAX,
+                ending: Ending::Complete(Finish::Failures),
+                targets: u8::MAX,
                 trials: u32::MAX,
                 steps: u32::MAX,
                 rejections: [u32::MAX; REJECTIONS],
@@ -409,7 +265,7 @@ mod tests {
             for &byte in &wire[..used] {
                 if let Some(frame) = receiver.push(byte) {
                     assert_eq!((frame.header.sequence, frame.header.session), (9, 77));
-                    assert_eq!(Message::decode(frame.header.kind, frame.payload), Some(message));
+                    assert_eq!(Message::decode(frame.header.kind, frame.payload), Some(message.clone()));
                     found = true;
                 }
             }
@@ -422,6 +278,7 @@ mod tests {
         let mut content = [0; MAX_PAYLOAD + 1];
         for message in largest() {
             let payload = match &message {
+                Message::Configure(m) => postcard::to_slice(m, &mut content).unwrap().len(),
                 Message::Abort | Message::Poll => 0,
                 Message::Hello(m) => postcard::to_slice(m, &mut content).unwrap().len(),
                 Message::CloudChunk(m) => postcard::to_slice(m, &mut content).unwrap().len(),
@@ -449,5 +306,28 @@ mod tests {
             let payload = postcard::to_slice(&CloudChunk { offset: 0, points }, &mut content).unwrap();
             assert_eq!(Message::decode(kind::CLOUD_CHUNK, payload).is_some(), allowed);
         }
+    }
+
+    /// The payload of Configure follows the fields of [`Config`]: whoever changes those changes the wire.
+    #[test]
+    fn the_bytes_of_a_configuration_belong_to_this_version() {
+        let mut content = [0; MAX_PAYLOAD];
+        let bytes = postcard::to_slice(&Config::jujube(), &mut content).unwrap();
+        let expected = [
+            0x33, 0x33, 0x73, 0x3F, // confidence 0.95
+            4, 9, 10, 11, 12, // four sample sizes
+            0xCD, 0xCC, 0xCC, 0x3D, // shell 0.1
+            0x00, 0x00, 0xF0, 0x41, // radius 30
+            0x00, 0x00, 0x18, 0x41, // semi_axis_min 9.5
+            0x00, 0x00, 0xC4, 0x41, // semi_axis_max 24.5
+            0xB8, 0x17, // max_trials 3000
+            1,    // refits
+            20,   // min_inliers
+            0x9A, 0x99, 0x19, 0x3F, // min_ratio 0.6
+            16,   // max_targets
+            1,    // max_failures
+            0,    // constraint a11
+        ];
+        assert_eq!((frame::VERSION, &*bytes), (1, &expected[..]));
     }
 }

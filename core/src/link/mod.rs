@@ -4,7 +4,7 @@
 //!
 //! 1. [`frame`]: one frame as bytes. Header (version, type, sequence, session, length), payload, CRC-32, COBS, 0x00.
 //! 2. [`receiver`]: bytes one at a time in, whole undamaged frames out; in step again at the next 0x00.
-//! 3. [`message`]: the payloads, in plain data, postcard encoded.
+//! 3. [`message`], [`payload`]: what is said, in plain data, postcard encoded, and the answers to it.
 //! 4. [`outbox`]: the one message under way: kept until it is answered, sent again when it is not.
 //! 5. [`session`]: both sides' state machine. Every message is answered once, applied once, in order.
 //! 6. [`transfer`]: a cloud larger than a frame, cut up, put together and checked as a whole.
@@ -15,6 +15,7 @@
 pub mod frame;
 pub mod message;
 pub mod outbox;
+pub mod payload;
 pub mod receiver;
 pub mod session;
 pub mod transfer;

@@ -4,7 +4,8 @@
 //! guards what lies outside of that: the cutting and the putting together.
 
 use super::frame::CRC_TABLE;
-use super::message::{Answer, CHUNK_POINTS, CloudBegin, CloudChunk, CloudEnd, Message, POINT_BYTES, Reason};
+use super::message::{Answer, Message, Reason};
+use super::payload::{CHUNK_POINTS, CloudBegin, CloudChunk, CloudEnd, POINT_BYTES};
 use crate::Point3;
 use crc::Digest;
 
