@@ -76,3 +76,17 @@ pub use quadric::{CentralQuadric, Invariants, Quadric};
 pub use tebc::Score;
 pub use varsac::{Rejection, VarsacReport};
 pub use workspace::{Scratch, Workspace};
+
+/// Version of this crate: major, minor, patch.
+pub const VERSION: [u8; 3] = [
+    number(env!("CARGO_PKG_VERSION_MAJOR")),
+    number(env!("CARGO_PKG_VERSION_MINOR")),
+    number(env!("CARGO_PKG_VERSION_PATCH")),
+];
+
+const fn number(text: &str) -> u8 {
+    match u8::from_str_radix(text, 10) {
+        Ok(number) => number,
+        Err(_) => panic!("a part of the version is above 255"),
+    }
+}
