@@ -13,6 +13,8 @@ use crate::startup::{BOARD, check_arithmetic};
 /// Milliseconds since start.
 static NOW_MS: AtomicU32 = AtomicU32::new(0);
 
+defmt::timestamp!("{=u32:ms}", NOW_MS.load(Ordering::Relaxed));
+
 /// Polls without a byte after which the core sleeps to the next tick: long enough not to sleep between two bytes.
 const PATIENCE: u32 = 20_000;
 

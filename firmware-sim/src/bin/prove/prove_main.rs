@@ -1,6 +1,7 @@
 //! Arguments in, lines out.
 
 use cortex_m_rt::entry;
+// The core's log formats want a logger to link against; nothing is logged here.
 use defmt_semihosting as _;
 use semihosting::experimental::env::args;
 use semihosting::{println, process::exit};
