@@ -10,10 +10,12 @@ pub mod criteria;
 pub mod matching;
 pub mod statistics;
 
+use nalgebra::{Matrix3, Point3, Vector3};
+use serde::{Deserialize, Serialize};
 use varsac_core::Ellipsoid;
 
 /// An ellipsoid in double precision: ground truth, or the result of a baseline.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EllipsoidF64 {
     /// Centre, millimetres, camera optical frame.
     pub centre_mm: [f64; 3],
@@ -34,6 +36,34 @@ impl EllipsoidF64 {
             axes[2] = axes[2].map(|component| -component);
         }
         Self { centre_mm, semi_axes_mm: order.map(|k| semi_axes_mm[k]), axes }
+    }
+
+    /// [`Self::sorted`] with the axes as the rows of a matrix.
+    pub fn of_matrix(centre_mm: Vector3<f64>, semi_axes_mm: [f64; 3], axes: Matrix3<f64>) -> Self {
+        let row = |k| axes.row(k).transpose().into();
+        Self::sorted(centre_mm.into(), semi_axes_mm, [row(0), row(1), row(2)])
+    }
+
+    /// Level of a point: the factor by which the ellipsoid must be scaled to pass through it; 1 on the surface.
+    pub fn level(&self, point_mm: &Point3<f64>) -> f64 {
+        self.on_unit_sphere(point_mm).norm()
+    }
+
+    /// Distance of a point from the surface to first order, `|level - 1| / |gradient of level|`, negative inside,
+    /// millimetres. Good to a few percent for points nearer than half the smallest semi-axis.
+    pub fn distance_mm(&self, point_mm: &Point3<f64>) -> f64 {
+        let body = self.on_unit_sphere(point_mm);
+        let level = body.norm();
+        // The centre has no gradient; it is the smallest semi-axis away.
+        let gradient = body.component_div(&Vector3::from(self.semi_axes_mm)).norm() / level;
+        if level > 0.0 { (level - 1.0) / gradient } else { -self.semi_axes_mm[2] }
+    }
+
+    /// Body coordinates divided by the semi-axes: the ellipsoid becomes the unit sphere.
+    fn on_unit_sphere(&self, point_mm: &Point3<f64>) -> Vector3<f64> {
+        let [x, y, z] = self.to_body((*point_mm).into());
+        let [a, b, c] = self.semi_axes_mm;
+        Vector3::new(x / a, y / b, z / c)
     }
 
     /// Coordinates of a point along the three axes, from the centre.
@@ -65,6 +95,18 @@ impl From<&Ellipsoid> for EllipsoidF64 {
     }
 }
 
+impl From<&EllipsoidF64> for Ellipsoid {
+    /// The same numbers, rounded.
+    fn from(ellipsoid: &EllipsoidF64) -> Self {
+        let [x, y, z] = ellipsoid.centre_mm.map(|value| value as f32);
+        Self {
+            centre: varsac_core::Point3::new(x, y, z),
+            semi_axes: ellipsoid.semi_axes_mm.map(|value| value as f32),
+            axes: ellipsoid.axes.map(|axis| axis.map(|value| value as f32)),
+        }
+    }
+}
+
 #[inline]
 pub(crate) fn dot(p: [f64; 3], q: [f64; 3]) -> f64 {
     p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
@@ -88,6 +130,20 @@ pub(crate) fn norm(p: [f64; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn distances_are_signed_millimetres() {
+        let truth =
+            EllipsoidF64::of_matrix(Vector3::new(0.0, 0.0, 700.0), [22.0, 11.0, 11.0], Matrix3::identity());
+        for (point, expected) in [
+            (Point3::new(24.0, 0.0, 700.0), 2.0),
+            (Point3::new(0.0, 0.0, 688.0), 1.0),
+            (Point3::new(0.0, 10.0, 700.0), -1.0),
+            (Point3::new(0.0, 0.0, 700.0), -11.0),
+        ] {
+            assert!((truth.distance_mm(&point) - expected).abs() < 1e-9, "{point}");
+        }
+    }
 
     #[test]
     fn semi_axes_are_sorted_and_their_axes_follow_right_handed() {

@@ -12,7 +12,7 @@ use serde::de::DeserializeOwned;
 use crate::error::InputError;
 
 /// Largest JSON side file, bytes; the calibrations people write have a few kilobytes.
-const MAX_JSON_BYTES: u64 = 16 << 20;
+pub const MAX_JSON_BYTES: u64 = 16 << 20;
 
 /// Longest piece of a file that an error message quotes, characters.
 const MAX_QUOTED: usize = 40;
@@ -53,18 +53,10 @@ fn too_large(place: &str, limit: u64) -> InputError {
     InputError::at(place, format!("has more than the {limit} bytes that are accepted"), "split or thin it")
 }
 
-/// Reads a JSON file; unknown keys are ignored. `remedy` says what the file must hold.
+/// Understands JSON; unknown keys are ignored. `place` names the bytes in errors, `remedy` says what they must hold.
 ///
 /// # Errors
-/// When the file cannot be read, is no JSON, lacks a key or has one of another type (with line and column).
-pub fn read_json<T: DeserializeOwned>(path: &Path, remedy: &str) -> Result<T, InputError> {
-    parse_json(&path.display().to_string(), &read_whole(path, MAX_JSON_BYTES)?, remedy)
-}
-
-/// [`read_json`] for bytes already in memory; `place` names them in errors.
-///
-/// # Errors
-/// As [`read_json`].
+/// When the bytes are no JSON, lack a key or have one of another type (with line and column).
 pub fn parse_json<T: DeserializeOwned>(place: &str, bytes: &[u8], remedy: &str) -> Result<T, InputError> {
     // Windows editors put a byte order mark in front, which JSON does not know.
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);

@@ -57,10 +57,10 @@ impl ClosestPoint {
         let (mut sum, mut slope) = (0.0, 0.0);
         for k in 0..3 {
             if numerator[k] > 0.0 {
-                let divisor = tau + self.excess[k];
-                let term = numerator[k] / divisor;
+                let reciprocal = 1.0 / (tau + self.excess[k]);
+                let term = numerator[k] * reciprocal;
                 sum += term * term;
-                slope += term * term / divisor;
+                slope += term * term * reciprocal;
             }
         }
         (sum, slope)

@@ -63,28 +63,44 @@ impl NeighbourTree {
     }
 
     /// Indices of all points at most `radius` from `centre`, ascending, into `found` (cleared first).
+    ///
+    /// Past an eighth of the cloud, sorting what the tree finds costs more than looking at every point in order; the
+    /// list is the same.
     pub fn within(&self, centre: [f64; 3], radius: f64, found: &mut Vec<u32>) {
+        let (limit, few) = (radius * radius, self.points.len() / 8);
         found.clear();
         self.visit(0, self.points.len(), centre, &mut |(squared, index)| {
-            if squared <= radius * radius {
+            if squared <= limit {
                 found.push(index);
             }
-            radius * radius
+            // A negative limit ends the search: no distance is below it.
+            if found.len() > few { -1.0 } else { limit }
         });
-        found.sort_unstable();
+        if found.len() > few {
+            let all = 0..self.points.len() as u32;
+            found.clear();
+            found.extend(all.filter(|&index| self.neighbour(index, centre).0 <= limit));
+        } else {
+            found.sort_unstable();
+        }
     }
 
     /// Indices of the `count` points nearest to `centre` (fewer in a smaller cloud), nearest first; of equally near
     /// ones the lower index. A point of the cloud is its own nearest neighbour.
     pub fn nearest(&self, centre: [f64; 3], count: usize, found: &mut Vec<u32>) {
-        let mut best: Vec<Neighbour> = Vec::with_capacity(count + 1);
+        let mut best: Vec<Neighbour> = Vec::with_capacity(count.min(self.points.len()) + 1);
+        let mut limit = f64::INFINITY;
         self.visit(0, self.points.len(), centre, &mut |candidate| {
-            let place = best.partition_point(|kept| before(*kept, candidate));
-            if place < count {
+            // Most candidates are too far, and that is all there is to know about them.
+            if candidate.0 <= limit {
+                let place = best.partition_point(|kept| before(*kept, candidate));
                 best.insert(place, candidate);
                 best.truncate(count);
+                if best.len() == count {
+                    limit = best.last().map_or(-1.0, |worst| worst.0);
+                }
             }
-            if best.len() < count { f64::INFINITY } else { best.last().map_or(-1.0, |worst| worst.0) }
+            limit
         });
         found.clear();
         found.extend(best.iter().map(|&(_, index)| index));

@@ -102,7 +102,8 @@ impl<'a> Collector<'a> {
         let accepted = -MAX_COORDINATE..=MAX_COORDINATE;
         if let Some(axis) = scaled.iter().position(|value| !accepted.contains(value)) {
             let (name, value) = (["x", "y", "z"][axis], xyz[axis]);
-            let what = format!("point {}: {name} is {value}", self.seen);
+            // Debug, because Display writes 1e300 with all its zeros.
+            let what = format!("point {}: {name} is {value:?}", self.seen);
             return Err(if value.is_finite() {
                 let what = format!("{what}, beyond the {MAX_COORDINATE:e} mm that are accepted");
                 self.error_at(spot, what, "check the unit (--unit mm|m) and the file")

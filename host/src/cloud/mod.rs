@@ -27,11 +27,13 @@ use crate::file;
 const MAX_BYTES: u64 = 1 << 30;
 
 /// The unit in which a file states its coordinates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Unit {
     /// Coordinates are taken as they are. Also right for data without a length unit: simulation, magnetometer.
+    #[value(name = "mm")]
     Millimetre,
     /// Coordinates are multiplied by 1000.
+    #[value(name = "m")]
     Metre,
 }
 
@@ -125,7 +127,8 @@ impl Cloud {
     ///
     /// # Errors
     /// One sentence with file, line or byte, the offending value and a remedy: unreadable, unknown, truncated or
-    /// contradictory file, no x y z, a coordinate that is not finite or beyond [`varsac_core::point::MAX_COORDINATE`], no points.
+    /// contradictory file, no x y z, no points, a coordinate that is not finite or beyond
+    /// [`varsac_core::point::MAX_COORDINATE`].
     pub fn read(path: &Path, unit: Option<Unit>) -> Result<Self, InputError> {
         if path.as_os_str() == "-" {
             let place = "standard input";

@@ -59,7 +59,11 @@ enum Header {
 fn named_columns(content: &str) -> Header {
     // CloudCompare writes its names behind slashes.
     let names = content.trim_start_matches('/').trim_start();
-    if tokens(names).any(|name| name.parse::<f64>().is_ok()) {
+    // "1,5" between semicolons is a mistyped number and no name.
+    let numeric = |token: &str| {
+        token.parse::<f64>().is_ok() || token.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c))
+    };
+    if tokens(names).any(numeric) {
         return Header::None;
     }
     let column = |wanted: &str| {

@@ -1,6 +1,6 @@
 //! A picture of every result: outlines, axes, sizes and status of the ellipsoids over the camera's colour image.
 //!
-//! [`draw_overlays`] is for frames and [`draw_cloud`](cloud::draw_cloud) for clouds without a picture. Both leave the
+//! [`draw_overlays`] is for frames and [`draw_cloud`] for clouds without a picture. Both leave the
 //! picture itself as it is: small ones are enlarged by a whole number, so that lines and text stay legible, and the
 //! legend is a strip below. One colour a fruit, from a palette that colour-blind people can tell apart; refused ones
 //! are grey, dashed and say why.

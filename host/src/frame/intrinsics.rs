@@ -54,7 +54,12 @@ pub(super) struct IntrinsicsFile {
 
 impl IntrinsicsFile {
     pub(super) fn read(path: &Path) -> Result<Self, InputError> {
-        file::read_json::<Self>(path, REMEDY)?.checked(path)
+        Self::parse(path, &file::read_whole(path, file::MAX_JSON_BYTES)?)
+    }
+
+    /// [`Self::read`] for bytes already in memory; `path` names them in errors.
+    pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Self, InputError> {
+        file::parse_json::<Self>(&path.display().to_string(), bytes, REMEDY)?.checked(path)
     }
 
     /// Refuses what no camera can have.

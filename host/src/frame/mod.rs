@@ -20,6 +20,7 @@ use std::path::Path;
 
 pub use self::intrinsics::Intrinsics;
 use self::intrinsics::{DEFAULT_DEPTH_SCALE_M, IntrinsicsFile};
+use self::png_file::{decode_colour, decode_counts, decode_instances, decode_mask};
 use crate::error::{InputError, write_whole};
 use crate::image::{ColourImage, DepthImage, Image, LabelImage};
 use crate::kinect::calibration::{COLOUR_SIZE, DEPTH_SIZE, FactoryCalibration};
@@ -62,8 +63,8 @@ impl Frame {
             let remedy = "give a folder with color.png, depth.png and intrinsics.json";
             return Err(InputError::in_file(folder, "is no frame folder", remedy));
         }
-        let colour = png_file::read_colour(&required(folder, "color.png")?)?;
-        let counts = png_file::read_counts(&required(folder, "depth.png")?)?;
+        let colour = png_file::read(&required(folder, "color.png")?, decode_colour)?;
+        let counts = png_file::read(&required(folder, "depth.png")?, decode_counts)?;
         let intrinsics_path = folder.join("intrinsics.json");
         let intrinsics = optional(folder, "intrinsics.json", IntrinsicsFile::read)?;
         let calibration = optional(folder, "calibration.json", FactoryCalibration::read)?;
@@ -95,8 +96,8 @@ impl Frame {
             colour,
             depth_mm: Image { width: counts.width, height: counts.height, pixels: depth },
             geometry,
-            mask: optional(folder, "mask.png", png_file::read_mask)?,
-            instances: optional(folder, "instances.png", png_file::read_instances)?,
+            mask: optional(folder, "mask.png", |path| png_file::read(path, decode_mask))?,
+            instances: optional(folder, "instances.png", |path| png_file::read(path, decode_instances))?,
         };
         frame.check_sizes(folder)?;
         Ok(frame)

@@ -30,13 +30,21 @@ struct Raster {
     bytes: Vec<u8>,
 }
 
-/// Reads an 8-bit colour image; grey is spread to three channels, a palette is looked up, alpha is ignored.
+/// Reads a PNG file with one of the decoders below, which take the path only to name it in errors.
 ///
 /// # Errors
-/// When the file cannot be read or decoded, is too large, or has another bit depth.
-pub fn read_colour(path: &Path) -> Result<ColourImage, InputError> {
+/// When the file cannot be read or is too large, and those of the decoder.
+pub fn read<T>(path: &Path, decode: impl Fn(&Path, &[u8]) -> Result<T, InputError>) -> Result<T, InputError> {
+    decode(path, &file::read_whole(path, MAX_BYTES)?)
+}
+
+/// An 8-bit colour image; grey is spread to three channels, a palette is looked up, alpha is ignored.
+///
+/// # Errors
+/// When the bytes are no whole PNG, announce too many pixels or have another bit depth.
+pub fn decode_colour(path: &Path, bytes: &[u8]) -> Result<ColourImage, InputError> {
     let fits = |colour, depth| colour == ColorType::Indexed || depth == BitDepth::Eight;
-    let raster = read(path, "8-bit RGB, RGBA or greyscale", Transformations::EXPAND, fits)?;
+    let raster = decode(path, bytes, "8-bit RGB, RGBA or greyscale", Transformations::EXPAND, fits)?;
     let channels = raster.colour.samples();
     let colour = |pixel: &[u8]| match *pixel {
         [red, green, blue, ..] => [red, green, blue],
@@ -47,66 +55,70 @@ pub fn read_colour(path: &Path) -> Result<ColourImage, InputError> {
     Ok(Image { width: raster.width, height: raster.height, pixels })
 }
 
-/// Reads a 16-bit greyscale image: the counts of a depth camera, 0 = no measurement.
+/// A 16-bit greyscale image: the counts of a depth camera, 0 = no measurement.
 ///
 /// # Errors
-/// When the file cannot be read or decoded, is too large, or is of any other kind: 8 bits cannot hold depth.
-pub fn read_counts(path: &Path) -> Result<Image<u16>, InputError> {
+/// When the bytes are no whole PNG, announce too many pixels or are of any other kind: 8 bits cannot hold depth.
+pub fn decode_counts(path: &Path, bytes: &[u8]) -> Result<Image<u16>, InputError> {
     let fits = |colour, depth| colour == ColorType::Grayscale && depth == BitDepth::Sixteen;
-    let raster = read(path, "16-bit greyscale", Transformations::IDENTITY, fits)?;
+    let raster = decode(path, bytes, "16-bit greyscale", Transformations::IDENTITY, fits)?;
     let pixels = raster.bytes.as_chunks().0.iter().map(|&pair| u16::from_be_bytes(pair)).collect();
     Ok(Image { width: raster.width, height: raster.height, pixels })
 }
 
-/// Reads a mask of up to 8 bits, greyscale or palette: 0 stays 0 (background), every other value becomes 255.
+/// A mask of up to 8 bits, greyscale or palette: 0 stays 0 (background), every other value becomes 255.
 ///
 /// # Errors
-/// When the file cannot be read or decoded, is too large, or is of any other kind.
-pub fn read_mask(path: &Path) -> Result<LabelImage, InputError> {
+/// When the bytes are no whole PNG, announce too many pixels or are of any other kind.
+pub fn decode_mask(path: &Path, bytes: &[u8]) -> Result<LabelImage, InputError> {
     let fits = |colour, depth| {
         matches!(colour, ColorType::Grayscale | ColorType::Indexed) && depth != BitDepth::Sixteen
     };
-    let mut mask = labels(&read(path, "greyscale of at most 8 bits", Transformations::IDENTITY, fits)?);
+    let mut mask =
+        labels(decode(path, bytes, "greyscale of at most 8 bits", Transformations::IDENTITY, fits)?);
     for pixel in &mut mask.pixels {
         *pixel = if *pixel == 0 { 0 } else { 255 };
     }
     Ok(mask)
 }
 
-/// Reads instance labels, 8-bit greyscale or palette: the value (of a palette: the index) names the instance.
+/// Instance labels, 8-bit greyscale or palette: the value (of a palette: the index) names the instance.
 ///
 /// # Errors
-/// When the file cannot be read or decoded, is too large, or is of any other kind.
-pub fn read_instances(path: &Path) -> Result<LabelImage, InputError> {
+/// When the bytes are no whole PNG, announce too many pixels or are of any other kind.
+pub fn decode_instances(path: &Path, bytes: &[u8]) -> Result<LabelImage, InputError> {
     let fits = |colour, depth| match colour {
         ColorType::Grayscale => depth == BitDepth::Eight,
         other => other == ColorType::Indexed,
     };
-    Ok(labels(&read(path, "8-bit greyscale", Transformations::IDENTITY, fits)?))
+    Ok(labels(decode(path, bytes, "8-bit greyscale", Transformations::IDENTITY, fits)?))
 }
 
-/// One value a pixel from samples of 1, 2, 4 or 8 bits; the leftmost pixel is in the highest bits.
-fn labels(raster: &Raster) -> LabelImage {
+/// One value a pixel from samples of 1, 2, 4 or 8 bits; the leftmost pixel is in the highest bits of its byte.
+fn labels(raster: Raster) -> LabelImage {
+    let Raster { width, height, bytes, .. } = raster;
     let bits = raster.depth as usize;
-    let row_bytes = (raster.width * bits).div_ceil(8);
+    if bits == 8 {
+        return Image { width, height, pixels: bytes };
+    }
     let mask = u8::MAX >> (8 - bits);
     let value = |row: &[u8], u: usize| (row[u * bits / 8] >> (8 - bits - u * bits % 8)) & mask;
-    let rows = raster.bytes.chunks_exact(row_bytes);
-    let pixels = rows.flat_map(|row| (0..raster.width).map(move |u| value(row, u))).collect();
-    Image { width: raster.width, height: raster.height, pixels }
+    let rows = bytes.chunks_exact((width * bits).div_ceil(8));
+    let pixels = rows.flat_map(|row| (0..width).map(move |u| value(row, u))).collect();
+    Image { width, height, pixels }
 }
 
-fn read(
+fn decode(
     path: &Path,
+    bytes: &[u8],
     wanted: &str,
     transformations: Transformations,
     fits: impl Fn(ColorType, BitDepth) -> bool,
 ) -> Result<Raster, InputError> {
-    let bytes = file::read_whole(path, MAX_BYTES)?;
     let broken = |error: png::DecodingError| {
         InputError::in_file(path, format!("cannot be decoded ({error})"), "save it again as PNG")
     };
-    let mut decoder = png::Decoder::new(Cursor::new(bytes.as_slice()));
+    let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(transformations);
     let info = decoder.read_header_info().map_err(broken)?;
     let (width, height) = (info.width, info.height);

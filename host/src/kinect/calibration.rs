@@ -19,7 +19,7 @@ const REMEDY: &str =
     "give the factory parameters of the device as IrCameraParams and ColorCameraParams, complete";
 
 /// Everything the factory stored about the two cameras of one device.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct FactoryCalibration {
     /// The infrared camera, which measures depth.
     #[serde(rename = "IrCameraParams")]
@@ -30,7 +30,7 @@ pub struct FactoryCalibration {
 }
 
 /// Pinhole model and lens distortion of the infrared camera; pixels of the 512x424 image.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct IrParameters {
     /// Focal length along x, pixels.
     pub fx: f64,
@@ -54,7 +54,7 @@ pub struct IrParameters {
 
 /// Pinhole model of the colour camera (pixels of the 1920x1080 image) and the two cubic polynomials that carry an
 /// ideal depth pixel to it: `mx_x2y1` multiplies mx^2 my in the column, `my_x2y1` in the row.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[expect(missing_docs, reason = "the names say which monomial each coefficient multiplies")]
 pub struct ColourParameters {
     /// Focal length along x, pixels.
@@ -97,8 +97,7 @@ impl FactoryCalibration {
     /// # Errors
     /// When the file cannot be read, is no JSON, lacks a parameter, or has one that no camera can have.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        let calibration: Self = file::read_json(path, REMEDY)?;
-        calibration.checked(&path.display().to_string())
+        Self::parse(&path.display().to_string(), &file::read_whole(path, file::MAX_JSON_BYTES)?)
     }
 
     /// [`Self::read`] for bytes already in memory; `place` names them in errors.
@@ -131,19 +130,7 @@ impl FactoryCalibration {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Parameters whose values name their own keys, so that a swapped name shows.
-    pub(crate) fn example() -> serde_json::Value {
-        let mut colour = serde_json::json!({"fx": 1081.37, "fy": 1081.37, "cx": 959.5, "cy": 539.5,
-            "shift_d": 863.0, "shift_m": 52.0});
-        for (axis, first) in [("mx", 0.0), ("my", 100.0)] {
-            for (x, y) in (0..4).flat_map(|x| (0..4 - x).map(move |y| (x, y))) {
-                colour[format!("{axis}_x{x}y{y}")] = (first + 10.0 * f64::from(x) + f64::from(y)).into();
-            }
-        }
-        serde_json::json!({"source": "made up", "ColorCameraParams": colour, "IrCameraParams": {"fx": 368.9, "fy": 368.9,
-            "cx": 259.3, "cy": 209.5, "k1": 0.0852, "k2": -0.272, "k3": 0.1006, "p1": 0.0, "p2": 0.0}})
-    }
+    use crate::testing::{factory_parameters, shared_data};
 
     fn parse(value: &serde_json::Value) -> Result<FactoryCalibration, InputError> {
         FactoryCalibration::parse("calibration.json", value.to_string().as_bytes())
@@ -151,18 +138,18 @@ mod tests {
 
     #[test]
     fn every_key_lands_in_the_field_of_its_name() {
-        let calibration = parse(&example()).unwrap();
+        let calibration = parse(&factory_parameters()).unwrap();
         assert_eq!((calibration.colour.mx_x2y1, calibration.colour.my_x0y3), (21.0, 103.0));
         assert_eq!((calibration.colour.shift_d, calibration.ir.k2), (863.0, -0.272));
         let written = serde_json::to_value(&calibration).unwrap();
         for camera in ["IrCameraParams", "ColorCameraParams"] {
-            assert_eq!(written[camera], example()[camera]);
+            assert_eq!(written[camera], factory_parameters()[camera]);
         }
     }
 
     #[test]
     fn a_missing_or_impossible_parameter_is_named() {
-        let mut incomplete = example();
+        let mut incomplete = factory_parameters();
         incomplete["ColorCameraParams"].as_object_mut().unwrap().remove("my_x1y2");
         let message = parse(&incomplete).unwrap_err().to_string();
         assert!(message.contains("missing field `my_x1y2` at line 1"), "{message}");
@@ -171,11 +158,20 @@ mod tests {
             ("ColorCameraParams", "fy", -1.0),
             ("ColorCameraParams", "shift_d", 0.0),
         ] {
-            let mut wrong = example();
+            let mut wrong = factory_parameters();
             wrong[camera][key] = value.into();
             let message = parse(&wrong).unwrap_err().to_string();
             assert!(message.contains(&format!("{camera}.{key} is {value},")), "{message}");
         }
         assert!(FactoryCalibration::parse("c.json", b"{\"IrCameraParams\": {\"fx\": 1e999}}").is_err());
+    }
+    #[test]
+    fn the_parameters_of_a_real_device_are_read() {
+        let Some(path) = shared_data("calib/kinect2-factory-example.json") else { return };
+        let calibration = FactoryCalibration::read(&path).unwrap();
+        assert_eq!((calibration.ir.k2, calibration.ir.p2), (-0.272_185_713_052_749_63, 0.0));
+        assert_eq!(calibration.colour.mx_x1y0, 0.636_134_624_481_201_2);
+        assert_eq!(calibration.colour.my_x0y1, 0.634_756_326_675_415);
+        assert_eq!((calibration.colour.shift_d, calibration.colour.shift_m), (863.0, 52.0));
     }
 }
