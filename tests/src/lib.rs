@@ -1,1 +1,3 @@
-//! Shared pieces of the tests between the parts.
+//! What must hold between the parts of varsac; the tests are in `tests/`, what they share is here.
+
+pub mod golden;

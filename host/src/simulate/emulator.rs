@@ -156,6 +156,7 @@ pub fn run(
     counting: bool,
     patience: Duration,
 ) -> Result<(String, i32), InputError> {
+    // The first argument is the program's name.
     let words: Vec<&str> = ["prove"].into_iter().chain(arguments.iter().copied()).collect();
     let mut command = Command::new("timeout");
     command.arg(patience.as_secs().to_string()).arg(QEMU);

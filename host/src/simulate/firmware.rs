@@ -1,4 +1,4 @@
-//! Builds the programs for the boards, with the compiler that is there, and says what is missing where it is not.
+//! Builds what runs on the boards, with the compiler that is there, and says what is missing where it is not.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -8,20 +8,36 @@ use varsac_firmware_sim::board::Board;
 
 use crate::error::InputError;
 
-/// A program of the firmware package.
+/// What can be built.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Program {
     /// The co-processor.
     Firmware,
     /// The measurements.
     Prove,
+    /// The library for C, such that a panic that can be reached does not link.
+    Library,
 }
 
 impl Program {
-    const fn name(self) -> &'static str {
+    /// Name of the file that the compiler makes, and of the kept one's end.
+    const fn names(self) -> [&'static str; 2] {
         match self {
-            Self::Firmware => "firmware",
-            Self::Prove => "prove",
+            Self::Firmware => ["firmware", "firmware.elf"],
+            Self::Prove => ["prove", "prove.elf"],
+            Self::Library => ["libvarsac.a", "libvarsac.a"],
+        }
+    }
+
+    const fn arguments(self) -> &'static [&'static str] {
+        match self {
+            Self::Firmware => {
+                &["--package", "varsac-firmware-sim", "--features", "bare-metal", "--bin", "firmware"]
+            }
+            Self::Prove => {
+                &["--package", "varsac-firmware-sim", "--features", "bare-metal", "--bin", "prove"]
+            }
+            Self::Library => &["--package", "varsac-capi", "--features", "no-panic-proof"],
         }
     }
 }
@@ -34,7 +50,7 @@ pub fn workspace() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
-/// Builds `program` for `board` (nothing happens when it is up to date) and returns the path of its ELF file.
+/// Builds `program` for `board` (nothing happens when it is up to date) and returns the path of its file.
 /// `opt_level` replaces the profile's.
 ///
 /// # Errors
@@ -54,8 +70,9 @@ pub fn build(board: &Board, program: Program, opt_level: Option<&str>) -> Result
     let target_folder = workspace.join("target/firmware");
     let mut command = Command::new("cargo");
     command
-        .args(["build", "--quiet", "--package", "varsac-firmware-sim", "--features", "bare-metal"])
-        .args(["--bin", program.name(), "--profile", "firmware", "--target", board.target, "--target-dir"])
+        .args(["build", "--quiet"])
+        .args(program.arguments())
+        .args(["--profile", "firmware", "--target", board.target, "--target-dir"])
         .arg(&target_folder)
         .env("VARSAC_BOARD", board.name)
         // Everything is logged; who does not want it does not look.
@@ -76,8 +93,9 @@ pub fn build(board: &Board, program: Program, opt_level: Option<&str>) -> Result
             "correct what the compiler says",
         ));
     }
-    let built = target_folder.join(board.target).join("firmware").join(program.name());
-    let kept = target_folder.join(format!("{}-{}.elf", board.name, program.name()));
+    let [built, kept] = program.names();
+    let built = target_folder.join(board.target).join("firmware").join(built);
+    let kept = target_folder.join(format!("{}-O{}-{kept}", board.name, opt_level.unwrap_or("2")));
     std::fs::copy(&built, &kept).map_err(|error| InputError::unreadable(&built, &error))?;
     Ok(kept)
 }
