@@ -106,36 +106,29 @@ fn versions_agree() {
     assert!(manifest.contains(&format!("\"version\": \"{major}.{minor}.{patch}\"")), "{manifest}");
 }
 
+/// The identifiers right before an opening parenthesis that are names of the library.
+fn functions(text: &str) -> Vec<String> {
+    let part_of_a_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let before = text.split('(').map(|piece| piece.rsplit(|c| !part_of_a_name(c)).next().unwrap_or_default());
+    let mut names: Vec<String> =
+        before.filter(|name| name.starts_with("varsac_")).map(str::to_owned).collect();
+    names.sort();
+    names.dedup();
+    names
+}
+
 #[test]
 fn every_function_of_the_header_is_in_the_library_and_the_other_way_round() {
     let header = std::fs::read_to_string(capi().join("include/varsac.h")).unwrap();
-    let sources = ["lib.rs", "search.rs", "text.rs"]
-        .map(|name| std::fs::read_to_string(capi().join("src").join(name)).unwrap());
-    let names_before = |text: &str, end: char, start: &str| -> Vec<String> {
-        let mut names: Vec<String> = text
-            .lines()
-            .filter_map(|line| line.split_once(start).map(|(_, rest)| format!("{start}{rest}")))
-            .filter_map(|rest| rest.split_once(end).map(|(name, _)| name.to_owned()))
-            .filter(|name| name.chars().all(|c| c.is_ascii_lowercase() || c == '_'))
-            .collect();
-        names.sort();
-        names.dedup();
-        names
-    };
-    let declared: Vec<&str> =
-        header.lines().filter(|line| !line.starts_with([' ', '#', '/', '*']) && line.contains('(')).collect();
-    let declared = names_before(&declared.join("\n"), '(', "varsac_");
-    let defined: Vec<&str> = sources
-        .iter()
-        .flat_map(|text| text.lines())
-        .filter(|line| line.contains("extern \"C\" fn varsac_") && line.starts_with("pub"))
-        .collect();
-    let defined = names_before(&defined.join("\n"), '(', "varsac_");
-    // A declaration may begin with its return type's name.
-    let declared: Vec<String> =
-        declared.into_iter().map(|name| name.rsplit(' ').next().unwrap_or_default().to_owned()).collect();
-    assert_eq!(declared, defined);
-    assert_eq!(defined.len(), 7);
+    let mut exported = String::new();
+    for name in ["lib.rs", "search.rs", "text.rs"] {
+        let source = std::fs::read_to_string(capi().join("src").join(name)).unwrap();
+        exported.extend(
+            source.lines().filter(|line| line.starts_with("pub") && line.contains("extern \"C\" fn")),
+        );
+    }
+    assert_eq!(functions(&header), functions(&exported));
+    assert_eq!(functions(&exported).len(), 7);
 }
 
 #[test]

@@ -21,5 +21,10 @@ void fault(void) {
     }
 }
 
-__attribute__((section(".vectors"), used)) static void (*const vectors[16])(void) = {
-    (void (*)(void))&_stack_top, reset, fault, fault, fault, fault, fault};
+struct vector_table {
+    uint32_t *stack;
+    void (*handlers[15])(void);
+};
+
+__attribute__((section(".vectors"), used)) static const struct vector_table vectors = {
+    &_stack_top, {reset, fault, fault, fault, fault, fault}};
