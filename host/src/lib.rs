@@ -11,6 +11,7 @@
 //!    [`eval`] holds results against the truth.
 //!
 //! [`check`] holds the core bit for bit against the float reference, which shares no code with it.
+//! [`simulate`] has a co-processor do step 4: a thread, an emulated board, or a real one on a serial port.
 //! [`cli`] is the command `varsac`; [`demo`] does all of the above on a rendered Kinect v2 pair.
 //!
 //! Millimetres and the depth camera's optical frame (x right, y down, z forward) everywhere; errors are
@@ -38,6 +39,7 @@ pub mod ply_out;
 pub mod report;
 pub mod segment;
 pub mod similarity;
+pub mod simulate;
 pub mod synth;
 
 #[cfg(test)]

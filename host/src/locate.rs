@@ -182,15 +182,58 @@ impl Camera {
     }
 }
 
+/// Who searches the regions of an input.
+pub trait Searcher {
+    /// Searches each cloud; the results in their order.
+    ///
+    /// # Errors
+    /// A cloud or a configuration that cannot be searched.
+    fn search(&mut self, clouds: &[Vec<Point3>], options: &Options) -> Result<Vec<Found>, InputError>;
+}
+
+/// This program, all regions side by side.
+#[derive(Debug, Clone, Copy)]
+pub struct Here;
+
+impl Searcher for Here {
+    fn search(&mut self, clouds: &[Vec<Point3>], options: &Options) -> Result<Vec<Found>, InputError> {
+        let detector = detector(options)?;
+        clouds.par_iter().map(|cloud| search_region(cloud, &detector, options)).collect()
+    }
+}
+
+/// The detector of these options.
+///
+/// # Errors
+/// A configuration out of range.
+pub fn detector(options: &Options) -> Result<Detector, InputError> {
+    Detector::new(options.config.clone())
+        .map_err(|error| InputError::at("configuration", error.to_string(), "change the option that sets it"))
+}
+
 /// Locates fruit in a frame.
 ///
 /// # Errors
 /// A mask that is asked for and missing or of the wrong size, intrinsics that describe no camera, a configuration out of range.
 pub fn locate_frame(input: &str, frame: &Frame, options: &Options) -> Result<Located, InputError> {
+    locate_frame_with(&mut Here, input, frame, options)
+}
+
+/// [`locate_frame`], searched by somebody else.
+///
+/// # Errors
+/// As [`locate_frame`], and the searcher's.
+pub fn locate_frame_with(
+    searcher: &mut dyn Searcher,
+    input: &str,
+    frame: &Frame,
+    options: &Options,
+) -> Result<Located, InputError> {
     let started = Instant::now();
     let clouds = region_clouds(input, frame, &options.regions, &options.points)?;
     search(
         &Work { input, name: &frame.name, capacity: options.region_capacity, started },
+        searcher,
         &clouds,
         Vec::new(),
         options,
@@ -218,13 +261,26 @@ pub fn region_clouds(
 /// # Errors
 /// A configuration out of range.
 pub fn locate_cloud(input: &str, cloud: Cloud, options: &Options) -> Result<Located, InputError> {
+    locate_cloud_with(&mut Here, input, cloud, options)
+}
+
+/// [`locate_cloud`], searched by somebody else.
+///
+/// # Errors
+/// As [`locate_cloud`], and the searcher's.
+pub fn locate_cloud_with(
+    searcher: &mut dyn Searcher,
+    input: &str,
+    cloud: Cloud,
+    options: &Options,
+) -> Result<Located, InputError> {
     let started = Instant::now();
     let notes = match cloud.dropped {
         0 => Vec::new(),
         n => vec![format!("{n} points of the file carry no measurement")],
     };
     let work = Work { input, name: &cloud.name, capacity: options.cloud_capacity, started };
-    search(&work, &[cloud.points_mm], notes, options)
+    search(&work, searcher, &[cloud.points_mm], notes, options)
 }
 
 fn regions_of(input: &str, frame: &Frame, source: &RegionSource) -> Result<Regions, InputError> {
@@ -270,24 +326,19 @@ struct Work<'a> {
 /// Searches each cloud and puts the results together.
 fn search(
     work: &Work<'_>,
+    searcher: &mut dyn Searcher,
     clouds: &[Vec<Point3>],
     mut notes: Vec<String>,
     options: &Options,
 ) -> Result<Located, InputError> {
-    let detector = Detector::new(options.config.clone()).map_err(|error| {
-        InputError::at("configuration", error.to_string(), "change the option that sets it")
-    })?;
     let capacity = work.capacity.min(MAX_CAPACITY);
-    let found: Vec<_> = clouds
-        .par_iter()
-        .enumerate()
-        .map(|(k, cloud)| {
-            let thinned = decimate(cloud, capacity);
-            let note = thinned.is_thinned().then(|| format!("region {}: {thinned}", k + 1));
-            let (targets, labels) = search_region(&thinned.points, &detector, options)?;
-            Ok((thinned.points, targets, labels, note))
-        })
-        .collect::<Result<_, InputError>>()?;
+    let mut thinned = Vec::with_capacity(clouds.len());
+    for (k, cloud) in clouds.iter().enumerate() {
+        let kept = decimate(cloud, capacity);
+        notes.extend(kept.is_thinned().then(|| format!("region {}: {kept}", k + 1)));
+        thinned.push(kept.points);
+    }
+    let found = searcher.search(&thinned, options)?;
 
     let mut located = Located {
         input: work.input.to_owned(),
@@ -300,12 +351,11 @@ fn search(
         notes: Vec::new(),
         elapsed: Duration::ZERO,
     };
-    for (k, (points, targets, labels, note)) in found.into_iter().enumerate() {
+    for (k, (points, (targets, labels))) in thinned.into_iter().zip(found).enumerate() {
         let before = located.targets.len() as u32;
         located.points.extend(points);
         located.labels.extend(labels.iter().map(|&label| if label == 0 { 0 } else { before + label }));
         located.targets.extend(targets.into_iter().map(|target| Target { region: k as u32 + 1, ..target }));
-        notes.extend(note);
     }
     located.notes = notes;
     located.elapsed = work.started.elapsed();
@@ -313,7 +363,7 @@ fn search(
 }
 
 /// Targets of one region and the label of each of its points.
-type Found = (Vec<Target>, Vec<u32>);
+pub type Found = (Vec<Target>, Vec<u32>);
 
 fn search_region(cloud: &[Point3], detector: &Detector, options: &Options) -> Result<Found, InputError> {
     match options.method {

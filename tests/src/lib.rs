@@ -8,6 +8,7 @@
 pub mod body;
 pub mod bound;
 pub mod exact;
+pub mod golden;
 pub mod hostile;
 pub mod least_squares;
 pub mod random;

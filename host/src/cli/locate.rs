@@ -14,8 +14,8 @@ use crate::{
     frame::{Frame, png_file},
     fruit::Fruit,
     locate::{
-        Camera, Located, MAX_CAPACITY, Method, Options, REGION_CAPACITY, RegionSource, locate_cloud,
-        locate_frame,
+        Camera, Here, Located, MAX_CAPACITY, Method, Options, REGION_CAPACITY, RegionSource, Searcher,
+        locate_cloud_with, locate_frame_with,
     },
     picture, ply_out,
     report::{InputReport, table},
@@ -172,6 +172,11 @@ fn parse_radius(text: &str) -> Result<f32, String> {
 }
 
 impl LocateArgs {
+    /// The search method asked for.
+    pub(super) fn method(&self) -> Method {
+        self.method
+    }
+
     fn config(&self) -> Config {
         let mut config = match self.preset {
             None => self.fruit.config(),
@@ -271,12 +276,17 @@ fn option_of(field: &str) -> String {
 /// Runs the command. Inputs are worked on one after the other and reported in their order; an input that cannot be
 /// read does not keep the others from being worked on, but the exit code says so.
 pub(super) fn run(args: &LocateArgs) -> Result<Outcome, InputError> {
+    run_with(args, &mut Here)
+}
+
+/// [`run`], the regions searched by somebody else.
+pub(super) fn run_with(args: &LocateArgs, searcher: &mut dyn Searcher) -> Result<Outcome, InputError> {
     let options = args.options()?;
     let progress = progress(args.inputs.len());
     let mut outcome = Outcome::NothingFound;
     let mut failed = None;
     for path in &args.inputs {
-        match one(args, path, &options) {
+        match one(args, path, &options, searcher) {
             Ok((text, found)) => {
                 progress.suspend(|| print(&text))?;
                 if found {
@@ -310,18 +320,23 @@ fn progress(inputs: usize) -> ProgressBar {
 }
 
 /// Works on one input; returns what to print and whether anything was accepted.
-fn one(args: &LocateArgs, path: &Path, options: &Options) -> Result<(String, bool), InputError> {
+fn one(
+    args: &LocateArgs,
+    path: &Path,
+    options: &Options,
+    searcher: &mut dyn Searcher,
+) -> Result<(String, bool), InputError> {
     let input = path.display().to_string();
     let located = if path.is_dir() {
         let frame = Frame::read(path)?;
-        let located = locate_frame(&input, &frame, options)?;
+        let located = locate_frame_with(searcher, &input, &frame, options)?;
         if let Some(named) = &args.draw {
             let camera = Camera::of(&frame)?;
             picture::of_frame(&frame, &camera, &located, &args.output(named, &located))?;
         }
         located
     } else {
-        let located = locate_cloud(&input, Cloud::read(path, args.unit)?, options)?;
+        let located = locate_cloud_with(searcher, &input, Cloud::read(path, args.unit)?, options)?;
         if let Some(named) = &args.draw {
             picture::of_cloud(&located, &args.output(named, &located))?;
         }

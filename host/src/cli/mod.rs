@@ -1,11 +1,12 @@
-//! The command line: `varsac demo | locate | check | completions`.
+//! The command line: `varsac demo | locate | simulate | completions`.
 //!
 //! Results go to standard output, notes and progress to standard error. Exit code 0: found, 1: nothing found (or a
-//! difference, for `check`), 2: usage or input that cannot be read.
+//! difference, for `simulate --check`), 2: usage or input that cannot be read.
 
 mod check;
 mod demo;
 mod locate;
+mod simulate;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -31,6 +32,8 @@ enum Command {
     Locate(Box<locate::LocateArgs>),
     /// Compare the core with the float reference, every stage, bit for bit.
     Check(CheckArgs),
+    /// Locate fruit as locate does, but searched by a co-processor: a thread, an emulated board, or a real one.
+    Simulate(Box<simulate::SimulateArgs>),
     /// Print the completions of a shell to standard output.
     Completions {
         /// The shell to complete for.
@@ -65,6 +68,7 @@ fn run(cli: Cli) -> Result<Outcome, InputError> {
         Some(Command::Demo(args)) => demo::run(&args),
         Some(Command::Locate(args)) => locate::run(&args),
         Some(Command::Check(args)) => check::run(&args),
+        Some(Command::Simulate(args)) => simulate::run(&args),
         Some(Command::Completions { shell }) => {
             clap_complete::generate(shell, &mut Cli::command(), "varsac", &mut std::io::stdout());
             Ok(Outcome::Found)
