@@ -10,8 +10,8 @@
 //! 5. [`report`] prints tables and JSON, [`picture`] and [`draw`] make pictures, [`ply_out`] writes coloured clouds,
 //!    [`eval`] holds results against the truth.
 //!
+//! [`check`] holds the core bit for bit against the float reference, which shares no code with it.
 //! [`simulate`] has a co-processor do step 4: a thread, an emulated board, or a real one on a serial port.
-//!
 //! [`cli`] is the command `varsac`; [`demo`] does all of the above on a rendered Kinect v2 pair.
 //!
 //! Millimetres and the depth camera's optical frame (x right, y down, z forward) everywhere; errors are
@@ -19,6 +19,7 @@
 
 pub mod backproject;
 pub mod baseline;
+pub mod check;
 pub mod cli;
 pub mod cloud;
 pub mod decimate;

@@ -230,11 +230,7 @@ pub fn locate_frame_with(
     options: &Options,
 ) -> Result<Located, InputError> {
     let started = Instant::now();
-    let camera = Camera::of(frame)?;
-    let regions = regions_of(input, frame, &options.regions)?;
-    let points = camera.view(frame).points(&regions, &options.points)?;
-    let clouds: Vec<Vec<Point3>> =
-        points.iter().map(|region| region.iter().map(|p| p.point_mm).collect()).collect();
+    let clouds = region_clouds(input, frame, &options.regions, &options.points)?;
     search(
         &Work { input, name: &frame.name, capacity: options.region_capacity, started },
         searcher,
@@ -242,6 +238,22 @@ pub fn locate_frame_with(
         Vec::new(),
         options,
     )
+}
+
+/// The points of each region of a frame, in the order of the regions.
+///
+/// # Errors
+/// As [`locate_frame`].
+pub fn region_clouds(
+    input: &str,
+    frame: &Frame,
+    source: &RegionSource,
+    options: &PointOptions,
+) -> Result<Vec<Vec<Point3>>, InputError> {
+    let camera = Camera::of(frame)?;
+    let regions = regions_of(input, frame, source)?;
+    let points = camera.view(frame).points(&regions, options)?;
+    Ok(points.iter().map(|region| region.iter().map(|p| p.point_mm).collect()).collect())
 }
 
 /// Locates fruit in a cloud.

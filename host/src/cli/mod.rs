@@ -3,13 +3,14 @@
 //! Results go to standard output, notes and progress to standard error. Exit code 0: found, 1: nothing found (or a
 //! difference, for `simulate --check`), 2: usage or input that cannot be read.
 
+mod check;
 mod demo;
 mod locate;
 mod simulate;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
-use crate::error::InputError;
+use crate::{check::CheckArgs, error::InputError};
 
 /// Finds ellipsoidal fruit in depth-camera views: where each one is, how big, how it lies.
 #[derive(Debug, Parser)]
@@ -29,6 +30,8 @@ enum Command {
     Demo(demo::DemoArgs),
     /// Locate fruit in frame folders and point clouds.
     Locate(Box<locate::LocateArgs>),
+    /// Compare the core with the float reference, every stage, bit for bit.
+    Check(CheckArgs),
     /// Locate fruit as locate does, but searched by a co-processor: a thread, an emulated board, or a real one.
     Simulate(Box<simulate::SimulateArgs>),
     /// Print the completions of a shell to standard output.
@@ -64,6 +67,7 @@ fn run(cli: Cli) -> Result<Outcome, InputError> {
         None => demo::run(&demo::DemoArgs::default()),
         Some(Command::Demo(args)) => demo::run(&args),
         Some(Command::Locate(args)) => locate::run(&args),
+        Some(Command::Check(args)) => check::run(&args),
         Some(Command::Simulate(args)) => simulate::run(&args),
         Some(Command::Completions { shell }) => {
             clap_complete::generate(shell, &mut Cli::command(), "varsac", &mut std::io::stdout());

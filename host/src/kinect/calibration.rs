@@ -141,7 +141,7 @@ mod tests {
         let calibration = parse(&factory_parameters()).unwrap();
         assert_eq!((calibration.colour.mx_x2y1, calibration.colour.my_x0y3), (21.0, 103.0));
         assert_eq!((calibration.colour.shift_d, calibration.ir.k2), (863.0, -0.272));
-        let written = serde_json::to_value(&calibration).unwrap();
+        let written = serde_json::to_value(calibration).unwrap();
         for camera in ["IrCameraParams", "ColorCameraParams"] {
             assert_eq!(written[camera], factory_parameters()[camera]);
         }

@@ -1,7 +1,7 @@
 //! Renders a scene through the two cameras of a Kinect v2, or through one camera that both images share.
 //!
 //! Ray casting, analytic: a tile of the image knows which bodies may lie behind it. The colour image takes four more
-//! rays for each pixel on an outline; the depth image goes through the sensor ([`super::sensor`]). The raw depth
+//! rays for each pixel on an outline; the depth image goes through the sensor (`sensor`). The raw depth
 //! image of a Kinect is produced where the sensor has its pixels: each raw pixel looks along the ideal ray that its
 //! lens leads there.
 

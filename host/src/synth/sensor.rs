@@ -154,6 +154,7 @@ fn mean_by_light(echoes: &[Echo]) -> f64 {
 mod tests {
     use super::*;
 
+    #[expect(clippy::unnecessary_wraps, reason = "what a scene returns")]
     fn wall(z_mm: f64, cosine: f64, surface: u16) -> Option<Echo> {
         Some(Echo { z_mm, cosine, surface })
     }
@@ -201,7 +202,7 @@ mod tests {
         let moved = (0..4000).filter(|_| measured(edge, &options, &mut noise) > 800.0).count();
         assert!((10..80).contains(&moved), "{moved}");
         // A slope of 45 degrees: 1.9 mm a pixel. Noise stays the axial 1.36 mm.
-        let slope = |dx: f64, _: f64| wall(700.0 + 1.9 * dx, 0.7071, 1);
+        let slope = |dx: f64, _: f64| wall(700.0 + 1.9 * dx, std::f64::consts::FRAC_1_SQRT_2, 1);
         let square = |_| {
             let error = f64::from(measured(slope, &options, &mut noise)) - 700.0;
             error * error
