@@ -22,7 +22,7 @@ pub const LONGEST_WAIT: u32 = 8;
 
 impl Timing {
     /// Ticks to wait for an answer to the n-th sending (0 is the first).
-    const fn wait(&self, times: u8) -> u32 {
+    const fn wait(self, times: u8) -> u32 {
         let doubled = if times < 3 { 1 << times } else { LONGEST_WAIT };
         self.resend_after.saturating_mul(doubled)
     }
