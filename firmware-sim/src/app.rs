@@ -80,7 +80,7 @@ pub struct Limits {
     pub step_budget: u32,
 }
 
-/// Repeat after a quarter of a second, eight times: a host may be busy for two seconds.
+/// Repeat after a quarter of a second, then less and less often, eight times: 13.75 s in all.
 pub const TIMING: Timing = Timing { resend_after: 250, resends: 8 };
 
 /// All memory of the main loop: 17 bytes a point, and two frames.

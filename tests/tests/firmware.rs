@@ -260,7 +260,7 @@ fn the_log_of_the_board_can_be_read() {
     emulator.kill();
     let lines = must(varsac_host::simulate::log::decode(&elf, &emulator.log_path()));
     let text = lines.join("\n");
-    assert!(lines[0].contains("Cortex-M4F") && lines[0].contains("INFO"), "{text}");
+    assert!(lines[0].contains("Cortex-M4F") && lines[0].contains("info"), "{text}");
     assert!(text.contains("Opened"), "{text}");
     assert!(text.contains("points: 100"), "{text}");
     assert!(
@@ -283,6 +283,14 @@ fn the_native_log_tells_the_same_story() {
     assert_eq!(events.last(), Some(&done));
 }
 
+#[test]
+fn a_missing_target_is_said_with_what_to_install() {
+    // An older core whose target the project does not use; where somebody has installed it, nothing is missing.
+    let strange = Board { target: "thumbv4t-none-eabi", ..*by_name("m3").unwrap() };
+    let error = build(&strange, Program::Firmware, None).unwrap_err().to_string();
+    assert!(error.contains("rustup target add thumbv4t-none-eabi"), "{error}");
+}
+
 /// Searches whose digests every board must reproduce.
 const DIGESTS: u64 = 1000;
 
@@ -299,22 +307,31 @@ fn a_thousand_searches_have_the_same_digest_on_every_board() {
         })
         .collect();
     assert!(u64::from(targets) > DIGESTS, "only {targets} targets: the scenes prove nothing");
-    for board in &BOARDS {
-        let start = Instant::now();
-        let found = must(digests(board));
-        let lines: Vec<&str> = found.lines().collect();
-        let first = expected.iter().zip(&lines).find(|(here, there)| here != there);
-        assert_eq!(first, None, "{}: host, board", board.name);
-        assert_eq!(lines.len(), expected.len(), "{}", board.name);
-        let seconds = start.elapsed().as_secs_f64();
-        println!("{:4} {DIGESTS} searches, {targets} targets, 0 differing ({seconds:.0} s)", board.name);
-    }
+    // The emulators run side by side; the M3, which computes floats in software, takes as long as all the others.
+    std::thread::scope(|scope| {
+        for board in &BOARDS {
+            let expected = &expected;
+            scope.spawn(move || {
+                let start = Instant::now();
+                let found = must(digests(board));
+                let lines: Vec<&str> = found.lines().collect();
+                let first = expected.iter().zip(&lines).find(|(here, there)| here != there);
+                assert_eq!(first, None, "{}: host, board", board.name);
+                assert_eq!(lines.len(), expected.len(), "{}", board.name);
+                let seconds = start.elapsed().as_secs_f64();
+                println!(
+                    "{:4} {DIGESTS} searches, {targets} targets, 0 differing ({seconds:.0} s)",
+                    board.name
+                );
+            });
+        }
+    });
 }
 
 fn digests(board: &Board) -> Result<String, varsac_host::error::InputError> {
     let elf = build(board, Program::Prove, None)?;
     let (text, code) =
-        emulator::run(board, &elf, &["digests", &DIGESTS.to_string()], false, Duration::from_secs(300))?;
+        emulator::run(board, &elf, &["digests", &DIGESTS.to_string()], false, Duration::from_secs(900))?;
     assert_eq!(code, 0, "{}: {text}", board.name);
     Ok(text)
 }

@@ -9,11 +9,23 @@ use super::message::Message;
 /// How long to wait for answers, in ticks of the caller's choosing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Timing {
-    /// Ticks after which an unanswered frame is sent again: longer than the other side's longest step and the time
-    /// two frames take on the wire.
+    /// Ticks after which an unanswered frame is sent again for the first time: longer than the other side's longest
+    /// step and the time two frames take on the wire. The wait doubles each time, up to [`LONGEST_WAIT`] times this: a
+    /// line that has become slow must not be filled with repetitions.
     pub resend_after: u32,
     /// Times it is sent again before the other side counts as silent.
     pub resends: u8,
+}
+
+/// The longest wait for an answer, in units of [`Timing::resend_after`].
+pub const LONGEST_WAIT: u32 = 8;
+
+impl Timing {
+    /// Ticks to wait for an answer to the n-th sending (0 is the first).
+    const fn wait(self, times: u8) -> u32 {
+        let doubled = if times < 3 { 1 << times } else { LONGEST_WAIT };
+        self.resend_after.saturating_mul(doubled)
+    }
 }
 
 /// Where the message under way stands.
@@ -66,7 +78,7 @@ impl Outbox {
     /// The frame, if it is to be sent now: it was not yet, or its answer is overdue and it may be sent again.
     pub fn due(&mut self, now: u32) -> bool {
         if let State::Sent(times, at) = self.state
-            && now.wrapping_sub(at) >= self.timing.resend_after
+            && now.wrapping_sub(at) >= self.timing.wait(times)
             && times < self.timing.resends
         {
             self.state = State::Ready(times + 1);
@@ -100,7 +112,7 @@ impl Outbox {
     pub fn is_overdue(&self, now: u32) -> bool {
         match self.state {
             State::Sent(times, at) => {
-                times >= self.timing.resends && now.wrapping_sub(at) >= self.timing.resend_after
+                times >= self.timing.resends && now.wrapping_sub(at) >= self.timing.wait(times)
             }
             State::Empty | State::Ready(_) => false,
         }
@@ -113,21 +125,20 @@ mod tests {
 
     #[test]
     fn a_frame_is_sent_again_so_many_times_and_then_given_up() {
-        let mut outbox = Outbox::new(Timing { resend_after: 10, resends: 2 });
+        let mut outbox = Outbox::new(Timing { resend_after: 10, resends: 5 });
         assert!(!outbox.due(0));
         outbox.load(&Message::Poll, 1).unwrap();
         let start = u32::MAX - 15; // across the wrap of the tick counter
-        let mut sendings = 0;
-        for tick in 0..100 {
+        let mut sendings: heapless::Vec<u32, 8> = heapless::Vec::new();
+        for tick in 0..400 {
             let now = start.wrapping_add(tick);
             if outbox.due(now) {
-                assert_eq!(tick, 10 * sendings);
-                sendings += 1;
+                sendings.push(tick).unwrap();
                 outbox.sent(now);
             }
-            assert_eq!(outbox.is_overdue(now), tick >= 30, "tick {tick}");
+            assert_eq!(outbox.is_overdue(now), tick >= 310, "tick {tick}");
         }
-        assert_eq!(sendings, 3);
+        assert_eq!(sendings.as_slice(), [0, 10, 30, 70, 150, 230]);
     }
 
     #[test]
