@@ -238,8 +238,9 @@ impl Leaf {
             let Some((first, second)) = roots(a, b, c) else { continue };
             for t in [first, second] {
                 let (x, y) = (o.x + d.x * t, o.y + d.y * t);
-                let s = x / self.half_length;
-                let inside = s.abs() <= 1.0 && y * side >= 0.0 && y.abs() <= self.half_width * outline(s);
+                let inside = x.abs() <= self.half_length
+                    && y * side >= 0.0
+                    && y.abs() <= self.half_width * outline(x / self.half_length);
                 if t > NEAREST_T && inside && nearest.is_none_or(|(other, ..)| t < other) {
                     nearest = Some((t, x, y));
                 }
