@@ -169,8 +169,7 @@ impl Composer {
     }
 
     fn push_body(&mut self, shape: Shape, material: Material, fruit: Option<u8>) {
-        let front_mm =
-            shape.hull().map(|ball| ball.centre.z - ball.radius).into_iter().fold(f64::INFINITY, f64::min);
+        let front_mm = shape.rod().front_mm();
         self.bodies.push(Body { shape, material, fruit, front_mm });
     }
 

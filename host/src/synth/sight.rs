@@ -2,12 +2,12 @@
 //!
 //! Both ask only the bodies whose bounds touch the ray's tile ([`super::tiles`]).
 
-use nalgebra::{Point2, Point3, Vector3};
+use nalgebra::{Point2, Point3, Vector2, Vector3};
 
 use super::scene::Scene;
 use super::shade::sunward;
-use super::shape::{Ball, Hit, Ray, Shape};
-use super::tiles::{Rectangle, Tiles};
+use super::shape::{Hit, Ray, Rod, Shape};
+use super::tiles::{Footprint, Rectangle, Tiles};
 
 /// Edge of a tile: pixels of an image, millimetres of what the sun sees.
 const TILE: f64 = 8.0;
@@ -37,21 +37,20 @@ impl Eye {
         Ray { origin: self.position, direction }
     }
 
-    /// Bounds of a ball in the image: x/z of its box, each at the depth that is worse.
-    fn bounds(&self, ball: &Ball) -> Rectangle {
-        let offset = ball.centre - self.position;
-        // A ball that reaches the eye, or lies behind it, is given the eye's own plane: it may cover everything.
-        let near = (offset.z - ball.radius).max(1e-6);
-        let far = (offset.z + ball.radius).max(near);
-        let low = |x: f64| (x / near).min(x / far);
-        let high = |x: f64| (x / near).max(x / far);
-        let corner = |x: f64, y: f64| {
-            Point2::new(x * self.focal.0 + self.principal.0, y * self.focal.1 + self.principal.1)
-        };
-        Rectangle {
-            min: corner(low(offset.x - ball.radius), low(offset.y - ball.radius)),
-            max: corner(high(offset.x + ball.radius), high(offset.y + ball.radius)),
+    /// What is seen of a rod. A point within r of (X, Y, Z) is seen within f r sqrt(1 + (X^2 + Y^2) / Z^2) / (Z - r)
+    /// of where that is; endless when the rod reaches the eye or lies behind it.
+    fn footprint(&self, rod: &Rod) -> Footprint {
+        let front_mm = rod.front_mm();
+        if front_mm <= 0.0 {
+            return Footprint { points: [Point2::origin(); 3], radius: f64::INFINITY };
         }
+        let slopes = rod.points.map(|point| (point - self.position).xy() / point.z);
+        let steepest = slopes.iter().map(Vector2::norm_squared).fold(0.0, f64::max);
+        let radius = self.focal.0.max(self.focal.1) * rod.radius * (1.0 + steepest).sqrt() / front_mm;
+        let pixel = |slope: Vector2<f64>| {
+            Point2::new(slope.x * self.focal.0 + self.principal.0, slope.y * self.focal.1 + self.principal.1)
+        };
+        Footprint { points: slopes.map(pixel), radius }
     }
 }
 
@@ -71,11 +70,8 @@ impl<'a> Sight<'a> {
             min: Point2::new(-MARGIN_PX, -MARGIN_PX),
             max: Point2::new(size.0 as f64 + MARGIN_PX, size.1 as f64 + MARGIN_PX),
         };
-        let bounds = scene.bodies.iter().map(|body| {
-            let [a, b, c] = body.shape.hull().map(|ball| eye.bounds(&ball));
-            a.join(b).join(c)
-        });
-        Self { scene, eye, size, tiles: Tiles::new(area, TILE, bounds) }
+        let footprints = scene.bodies.iter().map(|body| eye.footprint(&body.shape.rod()));
+        Self { scene, eye, size, tiles: Tiles::new(area, TILE, footprints) }
     }
 
     /// The body that the ray of a pixel meets first, with the ray itself.
@@ -118,17 +114,14 @@ impl<'a> Sunlight<'a> {
         let sun = sunward();
         let first = sun.cross(&Vector3::z()).normalize();
         let across = [first, sun.cross(&first)];
-        let circle = |ball: Ball| {
-            let centre = across.map(|axis| axis.dot(&ball.centre.coords));
-            Rectangle::of_circle(Point2::from(centre), ball.radius)
-        };
-        let bounds = scene.bodies.iter().map(|body| {
-            let [a, b, c] = body.shape.hull().map(circle);
-            a.join(b).join(c)
+        let footprints = scene.bodies.iter().map(|body| {
+            let Rod { points, radius } = body.shape.rod();
+            let seen = |point: Point3<f64>| Point2::from(across.map(|axis| axis.dot(&point.coords)));
+            Footprint { points: points.map(seen), radius }
         });
-        let area = bounds.clone().reduce(Rectangle::join);
-        let area = area.unwrap_or(Rectangle::of_circle(Point2::origin(), TILE));
-        Self { scene, sun, across, tiles: Tiles::new(area, TILE, bounds) }
+        let area = footprints.clone().map(|footprint| footprint.bounds()).reduce(Rectangle::join);
+        let area = area.unwrap_or(Rectangle { min: Point2::origin(), max: Point2::new(TILE, TILE) });
+        Self { scene, sun, across, tiles: Tiles::new(area, TILE, footprints) }
     }
 
     /// Whether the sun shines on the place where a ray hits a body, from either side if the body is a leaf.
@@ -144,5 +137,50 @@ impl<'a> Sunlight<'a> {
         let to_sun = Ray { origin, direction: self.sun };
         let blocks = |&body: &u16| self.scene.bodies[usize::from(body)].shape.hit(&to_sun).is_some();
         !self.tiles.at(x, y).iter().any(blocks)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::noise::Noise;
+    use super::super::scene::SceneOptions;
+    use super::*;
+
+    #[test]
+    fn tiles_miss_nothing() {
+        let scene = Scene::new(&SceneOptions { shoot_count: 8, leaf_count: 30, ..SceneOptions::default() });
+        let position = Point3::new(-52.0, 0.0, 0.0);
+        let eye = Eye { position, focal: (1080.0, 1081.0), principal: (959.5, 539.5) };
+        let sight = Sight::new(&scene, eye, (1920, 1080));
+        let sunlight = Sunlight::new(&scene);
+        let mut noise = Noise::new(11);
+        let mut hits = 0;
+        for _ in 0..4000 {
+            let (u, v) = (noise.between(-20.0, 1940.0), noise.between(-20.0, 1100.0));
+            let (ray, first) = sight.first(u, v);
+            let all = (0_u16..).zip(&scene.bodies).filter_map(|(k, body)| Some((k, body.shape.hit(&ray)?.t)));
+            let nearest = all.reduce(|a, b| if b.1 < a.1 { b } else { a });
+            assert_eq!(first.map(|(body, hit)| (body, hit.t)), nearest, "at ({u}, {v})");
+            let Some((body, hit)) = first else { continue };
+            hits += 1;
+            assert!(sight.meets(body, u, v));
+            // Whatever a body that shades itself does, the sun is blocked only by what a full search finds.
+            let place = ray.origin + ray.direction * hit.t;
+            let side = hit.normal * hit.normal.dot(&sunlight.sun).signum() * SHADOW_LIFT_MM;
+            let to_sun = Ray { origin: place + side, direction: sunlight.sun };
+            let blocked = scene.bodies.iter().any(|body| body.shape.hit(&to_sun).is_some());
+            let away = hit.normal.dot(&sunlight.sun) <= 0.0
+                && !matches!(scene.bodies[usize::from(body)].shape, Shape::Leaf(_));
+            assert_eq!(sunlight.reaches(body, &ray, &hit), !blocked && !away);
+        }
+        assert!(hits > 500, "{hits}");
+    }
+
+    #[test]
+    fn a_rod_that_reaches_the_eye_may_be_anywhere() {
+        let eye = Eye { position: Point3::origin(), focal: (366.0, 366.0), principal: (256.0, 206.0) };
+        let rod = |z: f64| Rod { points: [Point3::new(0.0, 0.0, z); 3], radius: 5.0 };
+        assert_eq!(eye.footprint(&rod(4.0)).radius, f64::INFINITY);
+        assert!((eye.footprint(&rod(371.0)).radius - 5.0).abs() < 1e-12);
     }
 }
