@@ -240,3 +240,165 @@ fn expose(light: &Light, noise: &mut Noise) -> [u8; 3] {
         (display[channel] + grain + 0.5) as u8
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::LazyLock;
+
+    use super::super::scene::SceneOptions;
+    use super::super::sensor::SensorOptions;
+    use super::*;
+    use crate::backproject::{PointOptions, View, ViewPoint};
+    use crate::kinect::Registration;
+    use crate::segment::regions::{AreaLimits, instance_regions};
+    use crate::segment::{SegmentOptions, segment};
+
+    /// Fruit of one kind of colour among green: what passes the gate is fruit, stray bark and noise.
+    const OPTIONS: SceneOptions = SceneOptions {
+        seed: 5,
+        kind: FruitKind::Jujube,
+        fruit_count: 10,
+        distance_mm: (500.0, 700.0),
+        view_slopes: (0.45, 0.33),
+        gap_mm: 1.0,
+        branch_count: 2,
+        shoot_count: 6,
+        leaf_count: 30,
+        occluding_leaf_count: 3,
+        withered_share: 0.0,
+        far_branch_count: 1,
+        sensor: SensorOptions { noise_scale: 1.0, quantum_mm: 1.0, flying_pixels: true, holes: true },
+    };
+    const PERFECT: SceneOptions = SceneOptions { sensor: SensorOptions::PERFECT, ..OPTIONS };
+
+    static NOISY: LazyLock<KinectFrame> =
+        LazyLock::new(|| render_kinect(&Scene::new(&OPTIONS), &KinectRig::default()));
+    static CLEAN: LazyLock<KinectFrame> =
+        LazyLock::new(|| render_kinect(&Scene::new(&PERFECT), &KinectRig::default()));
+
+    fn patch(options: &SceneOptions) -> (RegisteredFrame, Pinhole) {
+        let camera = Pinhole::new(366.0, 366.0, 255.5, 211.5).unwrap();
+        (render_depth_patch(&Scene::new(options), &camera, 512, 424), camera)
+    }
+
+    /// Distance to the nearest fruit's surface, millimetres.
+    fn error_mm(fruits: &[TrueFruit], point: &ViewPoint) -> f64 {
+        let distances = fruits.iter().map(|fruit| fruit.ellipsoid.distance_mm(&point.point_mm.cast()).abs());
+        distances.fold(f64::INFINITY, f64::min)
+    }
+
+    #[test]
+    fn without_faults_every_point_of_an_instance_is_on_its_ellipsoid() {
+        let (frame, camera) = patch(&PERFECT);
+        let view = View::Registered { depth: &frame.depth, camera };
+        let regions = instance_regions(&frame.instances, AreaLimits::ALL);
+        assert!(regions.list.len() >= 8);
+        let points = view.points(&regions, &PointOptions::default()).unwrap();
+        let (mut exact, mut all) = (0, 0);
+        for (region, points) in regions.list.iter().zip(&points) {
+            let fruit = &frame.fruits[usize::from(region.value) - 1];
+            assert_eq!(region.area_px, fruit.visible_px);
+            let error = |point: &ViewPoint| fruit.ellipsoid.distance_mm(&point.point_mm.cast()).abs();
+            exact += points.iter().filter(|point| error(point) < 1e-3).count();
+            all += points.len();
+        }
+        // The rest are pixels on an outline, most of whose area sees something else.
+        assert!(exact * 100 > all * 93, "{exact} of {all}");
+    }
+
+    #[test]
+    fn colour_and_depth_agree_through_registration() {
+        let registration = Registration::new(&CLEAN.calibration);
+        let registered = registration.register(&CLEAN.raw_depth).unwrap();
+        let view = View::Kinect { depth: &registered, registration: &registration };
+        let regions = instance_regions(&CLEAN.instances, AreaLimits::ALL);
+        let points = view.points(&regions, &PointOptions::default()).unwrap();
+        let (mut near, mut all) = (0, 0);
+        for (region, points) in regions.list.iter().zip(&points) {
+            let ellipsoid = &CLEAN.fruits[usize::from(region.value) - 1].ellipsoid;
+            // The nearest raw pixel is up to half a pixel, 0.7 to 1 mm, from the ideal one.
+            let error = |point: &ViewPoint| ellipsoid.distance_mm(&point.point_mm.cast()).abs();
+            near += points.iter().filter(|point| error(point) < 1.5).count();
+            all += points.len();
+        }
+        assert!(all > 1000 && near * 100 > all * 93, "{near} of {all}");
+        // A fruit in sight is seen by the colour camera where its near pole projects to.
+        for (instance, fruit) in
+            (1_u8..).zip(&CLEAN.fruits).filter(|(_, fruit)| fruit.visible_fraction > 0.97)
+        {
+            let centre = Point3::from(fruit.ellipsoid.centre_mm);
+            let pole = centre - centre.coords.normalize() * fruit.ellipsoid.semi_axes_mm[1];
+            let (column, row) = view.project(&pole).unwrap();
+            let seen = CLEAN.instances.get(column.round() as i64, row.round() as i64);
+            assert_eq!(seen, Some(instance));
+        }
+    }
+
+    #[test]
+    fn segmented_and_back_projected_points_lie_on_the_fruit() {
+        let registration = Registration::new(&NOISY.calibration);
+        let registered = registration.register(&NOISY.raw_depth).unwrap();
+        let view = View::Kinect { depth: &registered, registration: &registration };
+        let regions = segment(&NOISY.colour, &SegmentOptions::preset("jujube").unwrap()).unwrap();
+        let all = |options: &PointOptions| view.points(&regions, options).unwrap().concat();
+        let share = |points: &[ViewPoint]| {
+            let near = points.iter().filter(|point| error_mm(&NOISY.fruits, point) < 6.0).count();
+            near as f64 / points.len() as f64
+        };
+        let points = all(&PointOptions::default());
+        assert!(points.len() > 1000, "{}", points.len());
+        // As they come some are flying, or belong to what is beside the fruit.
+        assert!(share(&points) > 0.85, "{}", share(&points));
+        // Away from depth edges (spans of 15 mm over 3x3 pixels) nearly none is.
+        let steady = all(&PointOptions { flying_span_mm: Some(15.0), ..PointOptions::default() });
+        assert!(steady.len() * 2 > points.len(), "{} of {}", steady.len(), points.len());
+        assert!(share(&steady) > 0.95, "{}", share(&steady));
+    }
+
+    #[test]
+    fn every_fruit_in_the_open_is_segmented() {
+        let regions = segment(&NOISY.colour, &SegmentOptions::preset("jujube").unwrap()).unwrap();
+        for (instance, fruit) in (1_u8..).zip(&NOISY.fruits).filter(|(_, fruit)| fruit.visible_fraction > 0.5)
+        {
+            let (mut own, mut found) = (0, 0);
+            for (pixel, label) in NOISY.instances.pixels.iter().zip(&regions.image.pixels) {
+                own += u32::from(*pixel == instance);
+                found += u32::from(*pixel == instance && *label != 0);
+            }
+            assert!(found * 100 > own * 85, "{fruit:?}: {found} of {own}");
+        }
+    }
+
+    #[test]
+    fn what_stands_before_a_fruit_takes_from_what_is_seen_of_it() {
+        let bare = SceneOptions {
+            branch_count: 0,
+            shoot_count: 0,
+            leaf_count: 0,
+            occluding_leaf_count: 0,
+            fruit_count: 1,
+            ..PERFECT
+        };
+        let (alone, _) = patch(&bare);
+        assert_eq!(alone.fruits.len(), 1);
+        assert!(alone.fruits[0].visible_fraction > 0.97, "its stalk alone is before it");
+        let (hidden, _) = patch(&SceneOptions { occluding_leaf_count: 3, ..bare });
+        let fraction = hidden.fruits[0].visible_fraction;
+        assert_eq!(hidden.fruits[0].ellipsoid, alone.fruits[0].ellipsoid);
+        assert!(fraction < 0.9, "{fraction}");
+    }
+
+    #[test]
+    fn the_same_bits_on_every_machine() {
+        let options = SceneOptions { fruit_count: 4, shoot_count: 3, leaf_count: 8, ..OPTIONS };
+        let camera = Pinhole::new(110.0, 110.0, 79.5, 59.5).unwrap();
+        let frame = render_depth_patch(&Scene::new(&options), &camera, 160, 120);
+        // FNV-1a over depth bits and colours. It changes with the scene, never with the machine.
+        let mut digest = 0xcbf2_9ce4_8422_2325_u64;
+        let depth = frame.depth.pixels.iter().flat_map(|z_mm| z_mm.to_bits().to_le_bytes());
+        for byte in depth.chain(frame.colour.pixels.iter().flatten().copied()) {
+            digest = (digest ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+        assert_eq!(digest, 0, "{digest:#018x}");
+    }
+}
