@@ -251,7 +251,7 @@ mod tests {
     use crate::backproject::{PointOptions, View, ViewPoint};
     use crate::kinect::Registration;
     use crate::segment::regions::{AreaLimits, instance_regions};
-    use crate::segment::{SegmentOptions, segment};
+    use crate::segment::{preset, segment};
 
     /// Fruit of one kind of colour among green: what passes the gate is fruit, stray bark and noise.
     const OPTIONS: SceneOptions = SceneOptions {
@@ -339,7 +339,7 @@ mod tests {
         let registration = Registration::new(&NOISY.calibration);
         let registered = registration.register(&NOISY.raw_depth).unwrap();
         let view = View::Kinect { depth: &registered, registration: &registration };
-        let regions = segment(&NOISY.colour, &SegmentOptions::preset("jujube").unwrap()).unwrap();
+        let regions = segment(&NOISY.colour, &preset("jujube")).unwrap();
         let all = |options: &PointOptions| view.points(&regions, options).unwrap().concat();
         let share = |points: &[ViewPoint]| {
             let near = points.iter().filter(|point| error_mm(&NOISY.fruits, point) < 6.0).count();
@@ -357,7 +357,7 @@ mod tests {
 
     #[test]
     fn every_fruit_in_the_open_is_segmented() {
-        let regions = segment(&NOISY.colour, &SegmentOptions::preset("jujube").unwrap()).unwrap();
+        let regions = segment(&NOISY.colour, &preset("jujube")).unwrap();
         for (instance, fruit) in (1_u8..).zip(&NOISY.fruits).filter(|(_, fruit)| fruit.visible_fraction > 0.5)
         {
             let (mut own, mut found) = (0, 0);
