@@ -15,10 +15,8 @@ fn capi() -> PathBuf {
 
 fn run(command: &mut Command, install: &str) -> Output {
     let output = command.output().unwrap_or_else(|error| {
-        panic!(
-            "{:?} cannot be started ({error}); install it with `apt-get install {install}`",
-            command.get_program()
-        )
+        let program = command.get_program().display();
+        panic!("{program} cannot be started ({error}); install it with `apt-get install {install}`")
     });
     assert!(output.status.success(), "{command:?}:\n{}", String::from_utf8_lossy(&output.stderr));
     output

@@ -285,7 +285,7 @@ fn the_native_log_tells_the_same_story() {
 
 #[test]
 fn a_missing_target_is_said_with_what_to_install() {
-    // An older core whose target the project does not use; where somebody has installed it, nothing is missing.
+    // A target that the compiler knows and for which no library is distributed: it is missing everywhere.
     let strange = Board { target: "thumbv4t-none-eabi", ..*by_name("m3").unwrap() };
     let error = build(&strange, Program::Firmware, None).unwrap_err().to_string();
     assert!(error.contains("rustup target add thumbv4t-none-eabi"), "{error}");
