@@ -63,8 +63,8 @@ impl Default for SceneOptions {
             view_slopes: (0.48, 0.36),
             gap_mm: 1.0,
             branch_count: 3,
-            shoot_count: 22,
-            leaf_count: 90,
+            shoot_count: 18,
+            leaf_count: 80,
             occluding_leaf_count: 5,
             withered_share: 0.02,
             far_branch_count: 4,
@@ -136,15 +136,9 @@ impl Scene {
         &self.fruits
     }
 
-    /// The body of each fruit.
-    pub(super) fn fruit_bodies(&self) -> Vec<u16> {
-        let mut bodies = vec![0; self.fruits.len()];
-        for (index, body) in (0_u16..).zip(&self.bodies) {
-            if let Some(place) = body.fruit.and_then(|fruit| bodies.get_mut(usize::from(fruit))) {
-                *place = index;
-            }
-        }
-        bodies
+    /// The fruit that a body is; nothing for other bodies and for numbers of none.
+    pub(super) fn fruit_of(&self, body: u16) -> Option<u8> {
+        self.bodies.get(usize::from(body)).and_then(|body| body.fruit)
     }
 }
 
