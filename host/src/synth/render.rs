@@ -188,7 +188,7 @@ fn true_fruits(
         }
     }
     let counts = visible.iter().zip(&alone);
-    let fruit = |(&ellipsoid, (&visible_px, &alone_px)): (&TrueEllipsoid, (&u32, &u32))| {
+    let fruit = |(&ellipsoid, (&visible_px, &alone_px)): (&EllipsoidF64, (&u32, &u32))| {
         let visible_fraction = f64::from(visible_px) / f64::from(alone_px.max(1));
         TrueFruit { kind: scene.options.kind, ellipsoid, visible_px, visible_fraction }
     };
