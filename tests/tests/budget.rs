@@ -143,5 +143,5 @@ fn the_library_has_no_panic_no_allocator_and_no_formatting() {
     println!("the library calls only: {undefined:?}");
     let arithmetic =
         |name: &&str| name.starts_with("__aeabi_") || name.starts_with("mem") || name.starts_with("__");
-    assert!(undefined.iter().all(|name| arithmetic(name)), "{undefined:?}");
+    assert!(undefined.iter().all(arithmetic), "{undefined:?}");
 }
