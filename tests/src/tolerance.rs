@@ -83,7 +83,7 @@ table! {
     FIT_CENTRE: "n-point fit, centre off 64 bits, p99, mm", AtMost(2e-3),
         "the clouds' own rounding is 6e-5 mm at 1 m, times the condition of nearly coplanar samples";
 =======
-    FIT_CENTRE: "9- to 12-point fit on noisy views, centre off 64 bits, p99 [mm]", AtMost(2e-4),
+    FIT_CENTRE: "9- to 12-point fit on noisy views, centre off 64 bits, p99, mm", AtMost(2e-4),
         "a rounding of a coordinate of 1 m is 3e-5 mm; the frame's origin and the centre take one each";
 >>>>>>> judge
     FIT_OFF_9: "9-point fit off by > 0.5 mm or lost, share", AtMost(0.03),
@@ -117,7 +117,7 @@ table! {
 =======
     TRIALS_EQUAL: "trials equal to 64 bits, share", AtLeast(0.999),
         "a relative error of 1e-6 in k carries it across an integer in less than one case of a thousand";
-    QUATERNION: "quaternion against 64 bits, angle [rad]", AtMost(5e-7),
+    QUATERNION: "quaternion against 64 bits, angle, rad", AtMost(5e-7),
 >>>>>>> judge
         "the axes are orthonormal to 6 u and so is what is computed from them";
     ANGLES: "attitude angles against 64 bits, rotation they describe, rad", AtMost(2.5e-6),
@@ -126,7 +126,7 @@ table! {
 
     ANGLES_DIRECT: "attitude angles against 64 bits, error * cos(theta_y), rad", AtMost(1.2e-6),
 =======
-    ANGLES_DIRECT: "attitude angles against 64 bits, error * cos(theta_y) [rad]", AtMost(1.2e-6),
+    ANGLES_DIRECT: "attitude angles against 64 bits, error * cos(theta_y), rad", AtMost(1.2e-6),
 >>>>>>> judge
         "the arc tangent of a rounded pair of length cos(theta_y)";
 
@@ -138,7 +138,7 @@ table! {
         "asked for: 0.01; the refit on all inliers is well conditioned and forgets the sample";
 =======
         "required: 0.99; where they differ, one point lies on the rim of a shell";
-    SEARCH_CENTRE: "whole search: centre f32 against f64, p99 [mm]", AtMost(1e-3),
+    SEARCH_CENTRE: "whole search: centre f32 against f64, p99, mm", AtMost(1e-3),
         "required: 0.01; the refit on all inliers is well conditioned and forgets the sample";
 >>>>>>> judge
 
@@ -172,7 +172,7 @@ table! {
         "asked for";
 =======
         "required; the paper reports 0.02";
-    SIMULATION_AXIS: "simulation, long axis, RMS [degrees]", AtMost(2.0),
+    SIMULATION_AXIS: "simulation, long axis, RMS, degrees", AtMost(2.0),
         "required";
 >>>>>>> judge
     SIMULATION_FAILURES: "simulation, seeds without a result or off by more than 0.2", AtMost(0.0),
