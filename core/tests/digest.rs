@@ -163,8 +163,10 @@ impl Digest {
     }
 
     /// The bits of an NaN differ between machines, so all of them count as one.
-    fn float(&mut self, value: f32) {
-        self.integer(if value.is_nan() { 0x7fc0_0000 } else { value.to_bits() });
+    fn floats(&mut self, values: &[f32]) {
+        for value in values {
+            self.integer(if value.is_nan() { 0x7fc0_0000 } else { value.to_bits() });
+        }
     }
 
     fn report(&mut self, report: &VarsacReport) {
@@ -180,10 +182,11 @@ impl Digest {
         let e = &detection.ellipsoid;
         assert!(e.semi_axes.iter().all(|axis| axis.is_finite()), "{e:?}");
         self.bytes(&[detection.target]);
-        let shape = e.semi_axes.iter().chain(e.axes.as_flattened());
-        for &value in e.centre.iter().chain(shape).chain(&e.quaternion_xyzw()).chain(&e.attitude_rad()) {
-            self.float(value);
-        }
+        self.floats(e.centre.coords.as_slice());
+        self.floats(&e.semi_axes);
+        self.floats(e.axes.as_flattened());
+        self.floats(&e.quaternion_xyzw());
+        self.floats(&e.attitude_rad());
         self.integer(detection.score.inliers);
         self.integer(detection.score.candidates);
         self.report(&detection.report);
@@ -195,22 +198,23 @@ struct Stages(Digest);
 
 impl Observer for Stages {
     fn sample(&mut self, members: &[u16]) {
-        members.iter().for_each(|&member| self.0.integer(u32::from(member)));
+        for &member in members {
+            self.0.integer(u32::from(member));
+        }
     }
 
     fn solution(&mut self, x: &[f32; 9]) {
-        x.iter().for_each(|&value| self.0.float(value));
+        self.0.floats(x);
     }
 
     fn quadric(&mut self, quadric: &Quadric) {
         let i = quadric.invariants();
-        [i.i1, i.i2, i.i3, i.i4].iter().for_each(|&value| self.0.float(value));
+        self.0.floats(&[i.i1, i.i2, i.i3, i.i4]);
     }
 
     fn hypothesis(&mut self, surface: &CentralQuadric) {
-        let s = &surface.shape;
-        let shape = [s.xx, s.yy, s.zz, s.xy, s.xz, s.yz];
-        surface.centre.iter().chain(&shape).for_each(|&value| self.0.float(value));
+        let (c, s) = (&surface.centre, &surface.shape);
+        self.0.floats(&[c.x, c.y, c.z, s.xx, s.yy, s.zz, s.xy, s.xz, s.yz]);
     }
 }
 

@@ -27,9 +27,9 @@ use crate::{
 
 /// Points a cloud may have: what 16-bit indices can name.
 pub const MAX_CAPACITY: usize = varsac_core::point::MAX_POINTS;
-/// Points a region of a frame may have unless said otherwise: what the firmware's buffers hold. A fruit that fills
-/// more of the picture than this has neighbouring pixels to spare.
-pub const REGION_CAPACITY: usize = 2048;
+/// Points a region of a frame may have unless said otherwise. A region with more of them shows a fruit that is near, or
+/// a depth image that was enlarged to the colour image's size: either way it has neighbouring points to spare.
+pub const REGION_CAPACITY: usize = 1024;
 
 /// How an ellipsoid is searched for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]

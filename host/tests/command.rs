@@ -59,11 +59,8 @@ fn frame() -> Frame {
         for u in 0..width as i64 {
             let (x, y) = ((u - 80) as f32 / 365.0, (v - 60) as f32 / 365.0);
             // Ray (x, y, 1) t against the ellipsoid 22 x 11 x 11 at (0, 0, 600).
-            let (a, b, c) = (
-                x * x / 484.0 + y * y / 121.0 + 1.0 / 121.0,
-                600.0 / 121.0,
-                600.0 * 600.0 / 121.0 - 1.0,
-            );
+            let (a, b, c) =
+                (x * x / 484.0 + y * y / 121.0 + 1.0 / 121.0, 600.0 / 121.0, 600.0 * 600.0 / 121.0 - 1.0);
             let discriminant = b * b - a * c;
             if discriminant > 0.0 {
                 colour.set(u, v, [170, 30, 25]);
@@ -193,7 +190,11 @@ fn unreadable_files_are_named() {
     )
     .unwrap();
     refuses(at, &["locate", "huge.ply"], "", &["huge.ply", "4000000000"]);
-    std::fs::write(at.join("a.pcd"), "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 9\n").unwrap();
+    std::fs::write(
+        at.join("a.pcd"),
+        "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 9\n",
+    )
+    .unwrap();
     refuses(at, &["locate", "a.pcd"], "", &["a.pcd"]);
 }
 
@@ -253,7 +254,11 @@ fn degenerate_clouds_find_nothing() {
     finds_nothing(at, &["locate", "-"], &lines(&|k| format!("{},{},700", k % 10, k / 10)));
     finds_nothing(at, &["locate", "-"], "1,2,3\n4,5,6\n7,8,10\n");
     for method in ["direct", "ransac"] {
-        finds_nothing(at, &["locate", "-", "--method", method], &lines(&|k| format!("{},{},700", k % 10, k / 10)));
+        finds_nothing(
+            at,
+            &["locate", "-", "--method", method],
+            &lines(&|k| format!("{},{},700", k % 10, k / 10)),
+        );
     }
 }
 

@@ -136,13 +136,14 @@ fn rotate(m: &mut [[Big; 3]; 3], v: &mut [[Big; 3]; 3], p: usize, q: usize) {
     let one = big(1.0);
     let cos = &one / (&one + &tan * &tan).sqrt();
     let sin = &tan * &cos;
-    let mut r: [[Big; 3]; 3] =
-        core::array::from_fn(|i| core::array::from_fn(|j| big(f64::from(u8::from(i == j)))));
-    r[p][p] = cos.clone();
-    r[q][q] = cos;
-    r[p][q] = sin.clone();
-    r[q][p] = -sin;
-    let transposed = core::array::from_fn(|i| core::array::from_fn(|j| r[j][i].clone()));
+    let turn = |i: usize, j: usize| match (i, j) {
+        _ if i == j && (i == p || i == q) => cos.clone(),
+        _ if (i, j) == (p, q) => sin.clone(),
+        _ if (i, j) == (q, p) => -sin.clone(),
+        _ => big(f64::from(u8::from(i == j))),
+    };
+    let r = core::array::from_fn(|i| core::array::from_fn(|j| turn(i, j)));
+    let transposed = core::array::from_fn(|i| core::array::from_fn(|j| turn(j, i)));
     *m = product(&product(&transposed, m), &r);
     *v = product(v, &r);
 }

@@ -16,9 +16,9 @@ use crate::error::InputError;
 use crate::image::{DepthImage, Image};
 
 /// Columns to either side that a depth pixel claims in the colour image. A depth pixel covers three colour pixels.
-const CLAIM_COLUMNS: i64 = 2;
+const CLAIM_COLUMNS: usize = 2;
 /// Rows above and below that a depth pixel claims; also the margin of [`RegisteredDepth::colour_depth`].
-const CLAIM_ROWS: i64 = 1;
+const CLAIM_ROWS: usize = 1;
 /// A depth pixel more than this fraction of its depth behind the nearest claim is hidden from the colour camera.
 const HIDDEN_FRACTION: f32 = 0.01;
 
@@ -91,8 +91,7 @@ impl Registration {
         }
         let depth = self.undistorted(raw_depth);
         let mut colour = Image::filled(DEPTH_WIDTH, DEPTH_HEIGHT, None);
-        let mut colour_depth =
-            Image::filled(COLOUR_WIDTH, COLOUR_HEIGHT + 2 * CLAIM_ROWS as usize, f32::INFINITY);
+        let mut colour_depth = Image::filled(COLOUR_WIDTH, COLOUR_HEIGHT + 2 * CLAIM_ROWS, f32::INFINITY);
         for ((&z_mm, &ray), place) in depth.pixels.iter().zip(&self.colour_rays).zip(&mut colour.pixels) {
             if z_mm > 0.0 {
                 let column = self.colour_camera.column(ray, f64::from(z_mm)) as f32;
@@ -105,7 +104,7 @@ impl Registration {
         }
         for (place, &z_mm) in colour.pixels.iter_mut().zip(&depth.pixels) {
             if let Some(index) = place.and_then(|(column, row)| colour_index(column, row)) {
-                let nearest_mm = colour_depth.pixels[index + CLAIM_ROWS as usize * COLOUR_WIDTH];
+                let nearest_mm = colour_depth.pixels[index + CLAIM_ROWS * COLOUR_WIDTH];
                 if z_mm - nearest_mm > HIDDEN_FRACTION * z_mm {
                     *place = None;
                 }
@@ -139,17 +138,24 @@ impl Registration {
 /// Lowers the colour pixels around `index` (of the image without margin) to `z_mm`.
 #[inline]
 fn claim(colour_depth: &mut DepthImage, index: usize, z_mm: f32) {
-    let column = (index % COLOUR_WIDTH) as i64;
-    let first = (column - CLAIM_COLUMNS).max(0) as usize;
-    let last = (column + CLAIM_COLUMNS).min(COLOUR_WIDTH as i64 - 1) as usize;
+    let (column, top) = (index % COLOUR_WIDTH, index / COLOUR_WIDTH);
+    let first = column.saturating_sub(CLAIM_COLUMNS);
+    let last = (column + CLAIM_COLUMNS).min(COLOUR_WIDTH - 1);
     // With the margin above the image, row `v` of the image is row `v + CLAIM_ROWS`, so the claim starts at `v`.
-    let top = index / COLOUR_WIDTH;
-    for row in top..=top + 2 * CLAIM_ROWS as usize {
-        for nearest_mm in &mut colour_depth.pixels[row * COLOUR_WIDTH + first..=row * COLOUR_WIDTH + last] {
-            if z_mm < *nearest_mm {
-                *nearest_mm = z_mm;
-            }
+    for row in top..=top + 2 * CLAIM_ROWS {
+        let claimed = &mut colour_depth.pixels[row * COLOUR_WIDTH + first..=row * COLOUR_WIDTH + last];
+        // Nearly all claims are of full width; of known length they take a few instructions.
+        match <&mut [f32; 2 * CLAIM_COLUMNS + 1]>::try_from(&mut *claimed) {
+            Ok(claimed) => lower(claimed, z_mm),
+            Err(_) => lower(claimed, z_mm),
         }
+    }
+}
+
+#[inline(always)]
+fn lower(depths_mm: &mut [f32], z_mm: f32) {
+    for nearest_mm in depths_mm {
+        *nearest_mm = if z_mm < *nearest_mm { z_mm } else { *nearest_mm };
     }
 }
 

@@ -42,12 +42,12 @@ impl HueRange {
 /// A plane through the grey axis: p (R - B) + q (G - B), positive on the side of the larger hues.
 #[derive(Debug, Clone, Copy)]
 struct Boundary {
-    p: i32,
-    q: i32,
+    p: i16,
+    q: i16,
 }
 
 impl Boundary {
-    fn at(hue_deg: i32) -> Self {
+    fn at(hue_deg: i16) -> Self {
         let h = hue_deg % 180;
         let (p, q) = match h {
             0..60 => (-h, 60),
@@ -58,10 +58,10 @@ impl Boundary {
         if (hue_deg / 180) % 2 == 0 { Self { p, q } } else { Self { p: -p, q: -q } }
     }
 
-    /// Its sign tells the side; magnitude at most 120 times the largest channel.
+    /// Its sign tells the side.
     #[inline(always)]
-    fn side(self, r_minus_b: i32, g_minus_b: i32) -> i32 {
-        self.p * r_minus_b + self.q * g_minus_b
+    fn side(self, r_minus_b: i16, g_minus_b: i16) -> i32 {
+        i32::from(self.p) * i32::from(r_minus_b) + i32::from(self.q) * i32::from(g_minus_b)
     }
 }
 
@@ -70,10 +70,10 @@ impl Boundary {
 pub struct Gate {
     from: Boundary,
     to: Boundary,
-    /// At most half the circle: both signs must agree. Otherwise one suffices.
-    both: bool,
-    saturation_min_percent: i32,
-    value_min: i32,
+    /// All bits set: at most half the circle, both signs must agree. No bit set: one suffices.
+    both: i32,
+    saturation_min_percent: i16,
+    value_min: i16,
 }
 
 impl Gate {
@@ -99,27 +99,28 @@ impl Gate {
             ));
         }
         Ok(Self {
-            from: Boundary::at(i32::from(from_deg)),
-            to: Boundary::at(i32::from(to_deg)),
-            both: width <= 180,
-            saturation_min_percent: i32::from(gate.saturation_min_percent),
-            value_min: i32::from(gate.value_min),
+            from: Boundary::at(from_deg as i16),
+            to: Boundary::at(to_deg as i16),
+            both: if width <= 180 { -1 } else { 0 },
+            saturation_min_percent: i16::from(gate.saturation_min_percent),
+            value_min: i16::from(gate.value_min),
         })
     }
 
-    /// Whether the mean of `count` pixels passes whose channels add up to `r`, `g`, `b` (each at most 2^22, so that
-    /// no product leaves `i32`). A single pixel is its own sum, with a count of 1.
+    /// Whether the mean of `count` pixels passes whose channels add up to `r`, `g`, `b`: at most 128 pixels, so that no
+    /// sum and no product leaves its type. A single pixel is its own sum, with a count of 1.
     #[inline(always)]
-    pub fn passes(&self, r: i32, g: i32, b: i32, count: i32) -> bool {
+    pub fn passes(&self, r: i16, g: i16, b: i16, count: i16) -> bool {
         let max = r.max(g).max(b);
         let chroma = max - r.min(g).min(b);
-        let above = self.from.side(r - b, g - b) >= 0;
-        let below = self.to.side(r - b, g - b) <= 0;
-        // Bitwise on purpose: four cheap conditions without a branch.
-        let hue = (above & below) | (!self.both & (above | below));
-        hue & (chroma > 0)
-            & (100 * chroma >= self.saturation_min_percent * max)
-            & (max >= self.value_min * count)
+        let above = self.from.side(r - b, g - b);
+        let below = -self.to.side(r - b, g - b);
+        // Each condition holds when its number is not negative: signs are joined, not truths, so that the compiler
+        // can take many pixels at a time.
+        let hue = (above & below) | ((above | below) & self.both);
+        let saturation = 100 * i32::from(chroma) - i32::from(self.saturation_min_percent) * i32::from(max);
+        let rest = (chroma - 1) | (max - self.value_min * count);
+        (hue | saturation | i32::from(rest)) >= 0
     }
 }
 
@@ -165,7 +166,11 @@ mod tests {
                             let full_turn = h == 0 && (from <= 360 && to == 360);
                             if from <= to { (above && below) || full_turn } else { above || below }
                         });
-                        assert_eq!(prepared.passes(r, g, b, 1), expected, "{r} {g} {b} in {from}..{to}");
+                        assert_eq!(
+                            prepared.passes(r as i16, g as i16, b as i16, 1),
+                            expected,
+                            "{r} {g} {b} in {from}..{to}"
+                        );
                         passed += i32::from(expected);
                     }
                 }

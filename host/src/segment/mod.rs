@@ -40,3 +40,28 @@ pub fn segment(image: &ColourImage, options: &SegmentOptions) -> Result<Regions,
     let mask = filter::gate_of_mean(image, options.mean_radius_px, &gate);
     Ok(regions::connected_regions(&mask, options.area))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_red_blob_among_leaves_is_the_only_region() {
+        let mut image = ColourImage::filled(60, 40, [60, 120, 40]);
+        for v in 10..25 {
+            for u in 20..35 {
+                image.set(u, v, [140, 40, 25]);
+            }
+        }
+        // A speck of the fruit's colour: too small once averaged with the leaves around it.
+        image.set(50, 30, [140, 40, 25]);
+        let options = preset("jujube");
+        let regions = segment(&image, &options).unwrap();
+        assert_eq!(regions.list.len(), 1);
+        let region = regions.list[0];
+        assert!((19..=21).contains(&region.u_min) && (34..=36).contains(&region.u_max), "{region:?}");
+        assert!((200..=289).contains(&region.area_px), "{region:?}");
+        let impossible = ColourGate { hue: HueRange { from_deg: 7, to_deg: 7 }, ..options.gate };
+        assert!(segment(&image, &SegmentOptions { gate: impossible, ..options }).is_err());
+    }
+}

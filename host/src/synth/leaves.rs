@@ -143,8 +143,9 @@ impl Composer {
 
     fn push_leaf(&mut self, leaf: Leaf, brightness: f32) {
         let ripeness = self.noise.uniform() as f32;
+        let withered = self.noise.uniform() < self.options.withered_share;
         let field = self.field();
-        self.push(Shape::Leaf(leaf), Material::Leaf { ripeness, brightness, field });
+        self.push(Shape::Leaf(leaf), Material::Leaf { ripeness, withered, brightness, field });
     }
 
     /// Whether no sampled point of a leaf lies in a fruit or within a tenth of its size of one.

@@ -18,6 +18,7 @@ pub mod scene;
 mod sensor;
 mod shade;
 mod shape;
+mod sight;
 pub mod simulation;
 mod tiles;
 

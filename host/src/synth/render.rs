@@ -5,7 +5,7 @@
 //! image of a Kinect is produced where the sensor has its pixels: each raw pixel looks along the ideal ray that its
 //! lens leads there.
 
-use nalgebra::{Point2, Point3, Vector3};
+use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
 use super::foliage::{self, Backdrop};
@@ -13,9 +13,8 @@ use super::fruit::FruitKind;
 use super::noise::Noise;
 use super::scene::Scene;
 use super::sensor::{Echo, measure};
-use super::shade::{Light, shade, sunward, to_display};
-use super::shape::{Ball, Hit, Ray};
-use super::tiles::{Rectangle, Tiles};
+use super::shade::{Light, shade, to_display};
+use super::sight::{Eye, Sight, Sunlight};
 use crate::backproject::Pinhole;
 use crate::eval::EllipsoidF64;
 use crate::image::{ColourImage, DepthImage, Image, LabelImage};
@@ -24,10 +23,6 @@ use crate::kinect::{
     COLOUR_HEIGHT, COLOUR_WIDTH, ColourCamera, DEPTH_HEIGHT, DEPTH_WIDTH, DepthCamera, FactoryCalibration,
 };
 
-/// Edge of a tile of the image, pixels; of the shadow grid, millimetres.
-const TILE: f64 = 8.0;
-/// A surface lifts its shadow ray by this much, millimetres.
-const SHADOW_LIFT_MM: f64 = 0.05;
 /// Places within a pixel on an outline, a rotated square.
 const OUTLINE_SAMPLES: [(f64, f64); 4] = [(-0.125, -0.375), (0.375, -0.125), (0.125, 0.375), (-0.375, 0.125)];
 
@@ -122,196 +117,100 @@ pub struct RegisteredFrame {
 
 /// Renders what a Kinect v2 would record of the scene. `O(pixels * bodies in sight of each)`.
 pub fn render_kinect(scene: &Scene, rig: &KinectRig) -> KinectFrame {
-    let depth_camera = DepthCamera::new(rig.ir);
-    let corner = depth_camera.ray(0.0, 0.0);
-    let depth_eye = Eye {
-        position: Point3::origin(),
-        focal: (rig.ir.fx, rig.ir.fy),
-        principal: (-corner.x * rig.ir.fx, -corner.y * rig.ir.fy),
-    };
+    let backdrop = Backdrop::paint(scene.backdrop_field);
+    let camera = DepthCamera::new(rig.ir);
+    let eye = Eye::at_origin(camera.focal_px(), &camera.ray(0.0, 0.0));
+    let sight = Sight::new(scene, eye, (DEPTH_WIDTH, DEPTH_HEIGHT));
+    let (raw_depth, fruits) = render_depth(&sight, &backdrop, |u, v| camera.undistort(u, v));
     let colour_eye = Eye {
         position: Point3::new(-rig.baseline_mm, 0.0, 0.0),
         focal: (rig.colour_focal_px, rig.colour_focal_px),
         principal: rig.colour_centre_px,
     };
-    let place = |u: f64, v: f64| depth_camera.undistort(u, v);
-    let backdrop = Backdrop::paint(scene.backdrop_field);
-    let (raw_depth, fruits) = render_depth(scene, &backdrop, &depth_eye, (DEPTH_WIDTH, DEPTH_HEIGHT), place);
-    let (colour, instances) = render_colour(scene, &backdrop, &colour_eye, (COLOUR_WIDTH, COLOUR_HEIGHT));
+    let sight = Sight::new(scene, colour_eye, (COLOUR_WIDTH, COLOUR_HEIGHT));
+    let (colour, instances) = render_colour(&sight, &backdrop);
     KinectFrame { colour, raw_depth, instances, calibration: rig.calibration(), fruits }
 }
 
 /// Renders the scene through one pinhole that colour and depth share: for experiments that need no registration.
 pub fn render_depth_patch(scene: &Scene, camera: &Pinhole, width: usize, height: usize) -> RegisteredFrame {
-    let corner = camera.ray(0.0, 0.0);
-    let focal = camera.focal_px();
-    let eye =
-        Eye { position: Point3::origin(), focal, principal: (-corner.x * focal.0, -corner.y * focal.1) };
     let backdrop = Backdrop::paint(scene.backdrop_field);
-    let (depth, fruits) = render_depth(scene, &backdrop, &eye, (width, height), |u, v| Some((u, v)));
-    let (colour, instances) = render_colour(scene, &backdrop, &eye, (width, height));
+    let sight = Sight::new(scene, Eye::at_origin(camera.focal_px(), &camera.ray(0.0, 0.0)), (width, height));
+    let (depth, fruits) = render_depth(&sight, &backdrop, |u, v| Some((u, v)));
+    let (colour, instances) = render_colour(&sight, &backdrop);
     RegisteredFrame { colour, depth, instances, fruits }
-}
-
-/// A pinhole somewhere in the plane z = 0, looking along z.
-#[derive(Debug, Clone, Copy)]
-struct Eye {
-    position: Point3<f64>,
-    focal: (f64, f64),
-    principal: (f64, f64),
-}
-
-impl Eye {
-    fn ray(&self, u: f64, v: f64) -> Ray {
-        let direction =
-            Vector3::new((u - self.principal.0) / self.focal.0, (v - self.principal.1) / self.focal.1, 1.0);
-        Ray { origin: self.position, direction }
-    }
-
-    /// Which bodies lie behind which tile, a tile beyond the image on every side.
-    fn tiles(&self, scene: &Scene, (width, height): (usize, usize)) -> Tiles {
-        let area = Rectangle {
-            min: Point2::new(-TILE, -TILE),
-            max: Point2::new(width as f64 + TILE, height as f64 + TILE),
-        };
-        let bounds = scene.bodies.iter().map(|body| {
-            let [a, b, c] = body.shape.hull().map(|ball| self.bounds(&ball));
-            a.join(b).join(c)
-        });
-        Tiles::new(area, TILE, bounds)
-    }
-
-    /// Bounds of a ball in the image: x/z of its box, each at the depth that is worse.
-    fn bounds(&self, ball: &Ball) -> Rectangle {
-        let offset = ball.centre - self.position;
-        // A ball that reaches the eye, or lies behind it, is given the eye's own plane: it may cover everything.
-        let near = (offset.z - ball.radius).max(1e-6);
-        let far = (offset.z + ball.radius).max(near);
-        let low = |x: f64| (x / near).min(x / far);
-        let high = |x: f64| (x / near).max(x / far);
-        let corner = |x: f64, y: f64| {
-            Point2::new(x * self.focal.0 + self.principal.0, y * self.focal.1 + self.principal.1)
-        };
-        Rectangle {
-            min: corner(low(offset.x - ball.radius), low(offset.y - ball.radius)),
-            max: corner(high(offset.x + ball.radius), high(offset.y + ball.radius)),
-        }
-    }
-}
-
-/// The body that a ray from an eye meets first, of those named, which are in the scene's order.
-fn nearest(scene: &Scene, candidates: &[u16], ray: &Ray) -> Option<(u16, Hit)> {
-    let mut first: Option<(u16, Hit)> = None;
-    for &index in candidates {
-        let body = &scene.bodies[usize::from(index)];
-        // Eyes are at z = 0 and rays of slope 1 in z, so that the ray parameter is z.
-        if first.is_some_and(|(_, other)| other.t < body.front_mm) {
-            break;
-        }
-        if let Some(hit) = body.shape.hit(ray)
-            && first.is_none_or(|(_, other)| hit.t < other.t)
-        {
-            first = Some((index, hit));
-        }
-    }
-    first
 }
 
 /// Depth image and the truth about each fruit. `place` leads from a pixel to where on the ideal grid it looks.
 fn render_depth(
-    scene: &Scene,
+    sight: &Sight,
     backdrop: &Backdrop,
-    eye: &Eye,
-    size: (usize, usize),
     place: impl Fn(f64, f64) -> Option<(f64, f64)>,
 ) -> (DepthImage, Vec<TrueFruit>) {
-    let (width, height) = size;
-    let tiles = eye.tiles(scene, size);
+    let (scene, (width, height)) = (sight.scene, sight.size);
     let mut noise = Noise::new(scene.options.seed).apart().apart();
-    let cast = |x: f64, y: f64| {
-        let ray = eye.ray(x, y);
-        match nearest(scene, tiles.at(x, y), &ray) {
-            Some((surface, hit)) => {
-                let cosine = (hit.normal.dot(&ray.direction) / ray.direction.norm()).abs();
-                Some(Echo { z_mm: hit.t, cosine, surface })
-            }
-            None => backdrop.echo(&ray),
+    let cast = |x: f64, y: f64| match sight.first(x, y) {
+        (ray, Some((surface, hit))) => {
+            let cosine = (hit.normal.dot(&ray.direction) / ray.direction.norm()).abs();
+            Some(Echo { z_mm: hit.t, cosine, surface })
         }
+        (ray, None) => backdrop.echo(&ray),
     };
     let pixels = || (0..height).flat_map(|v| (0..width).map(move |u| (u, v)));
     let places: Vec<Option<(f64, f64)>> = pixels().map(|(u, v)| place(u as f64, v as f64)).collect();
     let straight = places.iter().map(|place| place.and_then(|(x, y)| cast(x, y))).collect();
     let straight = Image { width, height, pixels: straight };
+    let focal_px = sight.eye.focal.0;
     let depth = pixels().zip(&places).map(|((u, v), place)| {
         let Some((x, y)) = *place else { return 0.0 };
         let around = |dx: f64, dy: f64| cast(x + dx, y + dy);
-        measure(&straight, (u as i64, v as i64), around, eye.focal.0, &scene.options.sensor, &mut noise)
+        measure(&straight, (u as i64, v as i64), around, focal_px, &scene.options.sensor, &mut noise)
     });
     let depth = DepthImage { width, height, pixels: depth.collect() };
-    let fruits = (0_u16..).zip(&scene.bodies).filter_map(|(index, body)| Some((index, body, body.fruit?)));
-    let fruits = fruits.map(|(index, body, fruit)| {
-        let first = |echo: &Option<Echo>| echo.and_then(|echo| scene.fruit_of(echo.surface)) == Some(fruit);
-        let visible_px = straight.pixels.iter().filter(|echo| first(echo)).count();
-        let at_all = |&(x, y): &(f64, f64)| {
-            tiles.at(x, y).contains(&index) && body.shape.hit(&eye.ray(x, y)).is_some()
-        };
-        let alone_px = places.iter().flatten().filter(|place| at_all(place)).count();
-        TrueFruit {
-            kind: scene.options.kind,
-            ellipsoid: scene.fruits[usize::from(fruit)],
-            visible_px: visible_px as u32,
-            visible_fraction: visible_px as f64 / alone_px.max(1) as f64,
-        }
+    let bodies = scene.fruit_bodies().into_iter().zip(&scene.fruits);
+    let fruits = bodies.map(|(body, &ellipsoid)| {
+        let first = |echo: &&Option<Echo>| echo.is_some_and(|echo| echo.surface == body);
+        let visible_px = straight.pixels.iter().filter(first).count() as u32;
+        let alone_px = places.iter().flatten().filter(|&&(x, y)| sight.meets(body, x, y)).count() as u32;
+        let visible_fraction = f64::from(visible_px) / f64::from(alone_px.max(1));
+        TrueFruit { kind: scene.options.kind, ellipsoid, visible_px, visible_fraction }
     });
     let fruits = fruits.collect();
     (depth, fruits)
 }
 
 /// Colour image, and which fruit each pixel shows at its centre.
-fn render_colour(
-    scene: &Scene,
-    backdrop: &Backdrop,
-    eye: &Eye,
-    size: (usize, usize),
-) -> (ColourImage, LabelImage) {
-    let (width, height) = size;
-    let tiles = eye.tiles(scene, size);
-    let shadows = Shadows::new(scene);
+fn render_colour(sight: &Sight, backdrop: &Backdrop) -> (ColourImage, LabelImage) {
+    let (scene, (width, height)) = (sight.scene, sight.size);
+    let sunlight = Sunlight::new(scene);
     let mut noise = Noise::new(scene.options.seed).apart().apart().apart();
-    let look = |u: f64, v: f64| -> (Patch, Light) {
-        let ray = eye.ray(u, v);
-        match nearest(scene, tiles.at(u, v), &ray) {
-            Some((body, hit)) => {
-                let sunlit = !shadows.reach(&ray, &hit);
-                let light = shade(&scene.bodies[usize::from(body)].material, &hit, &ray, sunlit);
-                (Patch { body, sunlit }, light)
-            }
-            None => (Patch { body: foliage::SURFACE, sunlit: true }, backdrop.light(&ray)),
+    let look = |u: f64, v: f64| match sight.first(u, v) {
+        (ray, Some((body, hit))) => {
+            let sunlit = sunlight.reaches(body, &ray, &hit);
+            let light = shade(&scene.bodies[usize::from(body)].material, &hit, &ray, sunlit);
+            (Patch { body, sunlit }, light)
         }
+        (ray, None) => (Patch { body: foliage::SURFACE, sunlit: true }, backdrop.light(&ray)),
     };
-    let mut patches = Vec::with_capacity(width * height);
-    let mut lights = Vec::with_capacity(width * height);
-    for v in 0..height {
-        for u in 0..width {
-            let (patch, light) = look(u as f64, v as f64);
-            patches.push(patch);
-            lights.push(light);
-        }
-    }
+    let pixels = || (0..height).flat_map(|v| (0..width).map(move |u| (u, v)));
+    let (patches, lights): (Vec<Patch>, Vec<Light>) = pixels().map(|(u, v)| look(u as f64, v as f64)).unzip();
     let patches = Image { width, height, pixels: patches };
-    let mut colour = ColourImage::filled(width, height, [0; 3]);
-    for v in 0..height {
-        for u in 0..width {
-            let mut light = lights[v * width + u];
-            if on_outline(&patches, u, v) {
-                let samples = OUTLINE_SAMPLES.map(|(du, dv)| look(u as f64 + du, v as f64 + dv).1);
-                light = samples.iter().sum::<Light>() / samples.len() as f32;
-            }
-            colour.pixels[v * width + u] = expose(&light, &mut noise);
-        }
+    let colour = pixels().zip(lights).map(|((u, v), centre)| {
+        let light = if on_outline(&patches, u, v) {
+            let samples = OUTLINE_SAMPLES.map(|(du, dv)| look(u as f64 + du, v as f64 + dv).1);
+            samples.iter().sum::<Light>() / samples.len() as f32
+        } else {
+            centre
+        };
+        expose(&light, &mut noise)
+    });
+    let colour = ColourImage { width, height, pixels: colour.collect() };
+    let mut instance_of_body = vec![0; scene.bodies.len()];
+    for (instance, body) in (1_u8..=u8::MAX).zip(scene.fruit_bodies()) {
+        instance_of_body[usize::from(body)] = instance;
     }
-    let instances =
-        patches.pixels.iter().map(|patch| scene.fruit_of(patch.body).map_or(0, |fruit| fruit + 1)).collect();
+    let instance = |patch: &Patch| instance_of_body.get(usize::from(patch.body)).copied().unwrap_or(0);
+    let instances = patches.pixels.iter().map(instance).collect();
     (colour, LabelImage { width, height, pixels: instances })
 }
 
@@ -342,40 +241,164 @@ fn expose(light: &Light, noise: &mut Noise) -> [u8; 3] {
     })
 }
 
-/// Which places the sun does not reach.
-struct Shadows<'a> {
-    scene: &'a Scene,
-    sun: Vector3<f64>,
-    across: [Vector3<f64>; 2],
-    tiles: Tiles,
-}
+#[cfg(test)]
+mod tests {
+    use std::sync::LazyLock;
 
-impl<'a> Shadows<'a> {
-    fn new(scene: &'a Scene) -> Self {
-        let sun = sunward();
-        let first = sun.cross(&Vector3::z()).normalize();
-        let across = [first, sun.cross(&first)];
-        let seen_from_sun = |point: &Point3<f64>| Point2::from(across.map(|axis| axis.dot(&point.coords)));
-        let bounds = scene.bodies.iter().map(|body| {
-            let [a, b, c] =
-                body.shape.hull().map(|ball| Rectangle::of_circle(seen_from_sun(&ball.centre), ball.radius));
-            a.join(b).join(c)
-        });
-        let area = bounds.clone().reduce(Rectangle::join);
-        let tiles = Tiles::new(area.unwrap_or(Rectangle::of_circle(Point2::origin(), 1.0)), TILE, bounds);
-        Self { scene, sun, across, tiles }
+    use super::super::scene::SceneOptions;
+    use super::super::sensor::SensorOptions;
+    use super::*;
+    use crate::backproject::{PointOptions, View, ViewPoint};
+    use crate::kinect::Registration;
+    use crate::segment::regions::{AreaLimits, instance_regions};
+    use crate::segment::{SegmentOptions, segment};
+
+    /// Fruit of one kind of colour among green: what passes the gate is fruit, stray bark and noise.
+    const OPTIONS: SceneOptions = SceneOptions {
+        seed: 5,
+        kind: FruitKind::Jujube,
+        fruit_count: 10,
+        distance_mm: (500.0, 700.0),
+        view_slopes: (0.45, 0.33),
+        gap_mm: 1.0,
+        branch_count: 2,
+        shoot_count: 6,
+        leaf_count: 30,
+        occluding_leaf_count: 3,
+        withered_share: 0.0,
+        far_branch_count: 1,
+        sensor: SensorOptions { noise_scale: 1.0, quantum_mm: 1.0, flying_pixels: true, holes: true },
+    };
+    const PERFECT: SceneOptions = SceneOptions { sensor: SensorOptions::PERFECT, ..OPTIONS };
+
+    static NOISY: LazyLock<KinectFrame> =
+        LazyLock::new(|| render_kinect(&Scene::new(&OPTIONS), &KinectRig::default()));
+    static CLEAN: LazyLock<KinectFrame> =
+        LazyLock::new(|| render_kinect(&Scene::new(&PERFECT), &KinectRig::default()));
+
+    fn patch(options: &SceneOptions) -> (RegisteredFrame, Pinhole) {
+        let camera = Pinhole::new(366.0, 366.0, 255.5, 211.5).unwrap();
+        (render_depth_patch(&Scene::new(options), &camera, 512, 424), camera)
     }
 
-    /// Whether something stands between a hit and the sun.
-    fn reach(&self, ray: &Ray, hit: &Hit) -> bool {
-        // The side that the sun shines on, if it shines at all.
-        let lift = if hit.normal.dot(&self.sun) > 0.0 { SHADOW_LIFT_MM } else { -SHADOW_LIFT_MM };
-        let origin = ray.origin + ray.direction * hit.t + hit.normal * lift;
-        let [x, y] = self.across.map(|axis| axis.dot(&origin.coords));
-        let to_sun = Ray { origin, direction: self.sun };
-        self.tiles
-            .at(x, y)
-            .iter()
-            .any(|&body| self.scene.bodies[usize::from(body)].shape.hit(&to_sun).is_some())
+    /// Distance to the nearest fruit's surface, millimetres.
+    fn error_mm(fruits: &[TrueFruit], point: &ViewPoint) -> f64 {
+        let distances = fruits.iter().map(|fruit| fruit.ellipsoid.distance_mm(&point.point_mm.cast()).abs());
+        distances.fold(f64::INFINITY, f64::min)
+    }
+
+    #[test]
+    fn without_faults_every_point_of_an_instance_is_on_its_ellipsoid() {
+        let (frame, camera) = patch(&PERFECT);
+        let view = View::Registered { depth: &frame.depth, camera };
+        let regions = instance_regions(&frame.instances, AreaLimits::ALL);
+        assert!(regions.list.len() >= 8);
+        let points = view.points(&regions, &PointOptions::default()).unwrap();
+        let (mut exact, mut all) = (0, 0);
+        for (region, points) in regions.list.iter().zip(&points) {
+            let fruit = &frame.fruits[usize::from(region.value) - 1];
+            assert_eq!(region.area_px, fruit.visible_px);
+            let error = |point: &ViewPoint| fruit.ellipsoid.distance_mm(&point.point_mm.cast()).abs();
+            exact += points.iter().filter(|point| error(point) < 1e-3).count();
+            all += points.len();
+        }
+        // The rest are pixels on an outline, most of whose area sees something else.
+        assert!(exact * 100 > all * 93, "{exact} of {all}");
+    }
+
+    #[test]
+    fn colour_and_depth_agree_through_registration() {
+        let registration = Registration::new(&CLEAN.calibration);
+        let registered = registration.register(&CLEAN.raw_depth).unwrap();
+        let view = View::Kinect { depth: &registered, registration: &registration };
+        let regions = instance_regions(&CLEAN.instances, AreaLimits::ALL);
+        let points = view.points(&regions, &PointOptions::default()).unwrap();
+        let (mut near, mut all) = (0, 0);
+        for (region, points) in regions.list.iter().zip(&points) {
+            let ellipsoid = &CLEAN.fruits[usize::from(region.value) - 1].ellipsoid;
+            // The nearest raw pixel is up to half a pixel, 0.7 to 1 mm, from the ideal one.
+            let error = |point: &ViewPoint| ellipsoid.distance_mm(&point.point_mm.cast()).abs();
+            near += points.iter().filter(|point| error(point) < 1.5).count();
+            all += points.len();
+        }
+        assert!(all > 1000 && near * 100 > all * 93, "{near} of {all}");
+        // A fruit in sight is seen by the colour camera where its near pole projects to.
+        for (instance, fruit) in
+            (1_u8..).zip(&CLEAN.fruits).filter(|(_, fruit)| fruit.visible_fraction > 0.97)
+        {
+            let centre = Point3::from(fruit.ellipsoid.centre_mm);
+            let pole = centre - centre.coords.normalize() * fruit.ellipsoid.semi_axes_mm[1];
+            let (column, row) = view.project(&pole).unwrap();
+            let seen = CLEAN.instances.get(column.round() as i64, row.round() as i64);
+            assert_eq!(seen, Some(instance));
+        }
+    }
+
+    #[test]
+    fn segmented_and_back_projected_points_lie_on_the_fruit() {
+        let registration = Registration::new(&NOISY.calibration);
+        let registered = registration.register(&NOISY.raw_depth).unwrap();
+        let view = View::Kinect { depth: &registered, registration: &registration };
+        let regions = segment(&NOISY.colour, &SegmentOptions::preset("jujube").unwrap()).unwrap();
+        let all = |options: &PointOptions| view.points(&regions, options).unwrap().concat();
+        let share = |points: &[ViewPoint]| {
+            let near = points.iter().filter(|point| error_mm(&NOISY.fruits, point) < 6.0).count();
+            near as f64 / points.len() as f64
+        };
+        let points = all(&PointOptions::default());
+        assert!(points.len() > 1000, "{}", points.len());
+        // As they come some are flying, or belong to what is beside the fruit.
+        assert!(share(&points) > 0.85, "{}", share(&points));
+        // Away from depth edges (spans of 15 mm over 3x3 pixels) nearly none is.
+        let steady = all(&PointOptions { flying_span_mm: Some(15.0), ..PointOptions::default() });
+        assert!(steady.len() * 2 > points.len(), "{} of {}", steady.len(), points.len());
+        assert!(share(&steady) > 0.95, "{}", share(&steady));
+    }
+
+    #[test]
+    fn every_fruit_in_the_open_is_segmented() {
+        let regions = segment(&NOISY.colour, &SegmentOptions::preset("jujube").unwrap()).unwrap();
+        for (instance, fruit) in (1_u8..).zip(&NOISY.fruits).filter(|(_, fruit)| fruit.visible_fraction > 0.5)
+        {
+            let (mut own, mut found) = (0, 0);
+            for (pixel, label) in NOISY.instances.pixels.iter().zip(&regions.image.pixels) {
+                own += u32::from(*pixel == instance);
+                found += u32::from(*pixel == instance && *label != 0);
+            }
+            assert!(found * 100 > own * 85, "{fruit:?}: {found} of {own}");
+        }
+    }
+
+    #[test]
+    fn what_stands_before_a_fruit_takes_from_what_is_seen_of_it() {
+        let bare = SceneOptions {
+            branch_count: 0,
+            shoot_count: 0,
+            leaf_count: 0,
+            occluding_leaf_count: 0,
+            fruit_count: 1,
+            ..PERFECT
+        };
+        let (alone, _) = patch(&bare);
+        assert_eq!(alone.fruits.len(), 1);
+        assert!(alone.fruits[0].visible_fraction > 0.97, "its stalk alone is before it");
+        let (hidden, _) = patch(&SceneOptions { occluding_leaf_count: 3, ..bare });
+        let fraction = hidden.fruits[0].visible_fraction;
+        assert_eq!(hidden.fruits[0].ellipsoid, alone.fruits[0].ellipsoid);
+        assert!(fraction < 0.9, "{fraction}");
+    }
+
+    #[test]
+    fn the_same_bits_on_every_machine() {
+        let options = SceneOptions { fruit_count: 4, shoot_count: 3, leaf_count: 8, ..OPTIONS };
+        let camera = Pinhole::new(110.0, 110.0, 79.5, 59.5).unwrap();
+        let frame = render_depth_patch(&Scene::new(&options), &camera, 160, 120);
+        // FNV-1a over depth bits and colours. It changes with the scene, never with the machine.
+        let mut digest = 0xcbf2_9ce4_8422_2325_u64;
+        let depth = frame.depth.pixels.iter().flat_map(|z_mm| z_mm.to_bits().to_le_bytes());
+        for byte in depth.chain(frame.colour.pixels.iter().flatten().copied()) {
+            digest = (digest ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+        assert_eq!(digest, 0, "{digest:#018x}");
     }
 }

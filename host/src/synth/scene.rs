@@ -16,8 +16,10 @@ use crate::eval::EllipsoidF64;
 const FRUIT_TRIES: usize = 300;
 /// Straight pieces of a branch.
 const BRANCH_PIECES: usize = 28;
-/// Branches, shoots and leaves a scene may have of each kind: bodies are numbered by `u16`.
+/// Branches, shoots or leaves a scene may have of each kind.
 const MAX_COUNT: usize = 500;
+/// Bodies a scene may have beside its fruit: they are numbered by `u16`. What would come later is left out.
+const MAX_BODIES: usize = 65_000;
 
 /// What a scene is made of and how the sensor sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,6 +44,8 @@ pub struct SceneOptions {
     pub leaf_count: usize,
     /// Leaves hung before a fruit each, some 10 to 40 mm nearer, covering part of it.
     pub occluding_leaf_count: usize,
+    /// Share of leaves that have withered to the brown of fruit, 0 to 1: what colour alone takes for fruit.
+    pub withered_share: f64,
     /// Leafy branches of other trees behind the scene.
     pub far_branch_count: usize,
     /// The depth sensor.
@@ -62,6 +66,7 @@ impl Default for SceneOptions {
             shoot_count: 22,
             leaf_count: 90,
             occluding_leaf_count: 5,
+            withered_share: 0.02,
             far_branch_count: 4,
             sensor: SensorOptions::default(),
         }
@@ -131,9 +136,15 @@ impl Scene {
         &self.fruits
     }
 
-    /// The fruit that a body is; nothing for other bodies and for numbers of none.
-    pub(super) fn fruit_of(&self, body: u16) -> Option<u8> {
-        self.bodies.get(usize::from(body)).and_then(|body| body.fruit)
+    /// The body of each fruit.
+    pub(super) fn fruit_bodies(&self) -> Vec<u16> {
+        let mut bodies = vec![0; self.fruits.len()];
+        for (index, body) in (0_u16..).zip(&self.bodies) {
+            if let Some(place) = body.fruit.and_then(|fruit| bodies.get_mut(usize::from(fruit))) {
+                *place = index;
+            }
+        }
+        bodies
     }
 }
 
@@ -152,12 +163,13 @@ pub(super) struct Composer {
 
 impl Composer {
     pub(super) fn push(&mut self, shape: Shape, material: Material) {
-        self.push_body(shape, material, None);
+        if self.bodies.len() < MAX_BODIES {
+            self.push_body(shape, material, None);
+        }
     }
 
     fn push_body(&mut self, shape: Shape, material: Material, fruit: Option<u8>) {
-        let front_mm =
-            shape.hull().map(|ball| ball.centre.z - ball.radius).into_iter().fold(f64::INFINITY, f64::min);
+        let front_mm = shape.rod().front_mm();
         self.bodies.push(Body { shape, material, fruit, front_mm });
     }
 

@@ -154,9 +154,8 @@ fn mean_by_light(echoes: &[Echo]) -> f64 {
 mod tests {
     use super::*;
 
-    #[expect(clippy::unnecessary_wraps, reason = "what a scene returns")]
-    fn wall(z_mm: f64, cosine: f64, surface: u16) -> Option<Echo> {
-        Some(Echo { z_mm, cosine, surface })
+    fn wall(z_mm: f64, cosine: f64, surface: u16) -> Echo {
+        Echo { z_mm, cosine, surface }
     }
 
     /// The middle pixel of a 5x5 sensor before a scene given as what each place sees, in pixels from the middle.
@@ -174,7 +173,7 @@ mod tests {
         let mut noise = Noise::new(6);
         let options = SensorOptions { quantum_mm: 0.0, ..SensorOptions::default() };
         let draws: Vec<f64> = (0..20_000)
-            .map(|_| f64::from(measured(|_, _| wall(700.0, 1.0, 1), &options, &mut noise)))
+            .map(|_| f64::from(measured(|_, _| Some(wall(700.0, 1.0, 1)), &options, &mut noise)))
             .filter(|&z_mm| z_mm > 0.0)
             .collect();
         assert!((19_850..20_000).contains(&draws.len()), "{} of 20000 kept", draws.len());
@@ -185,7 +184,7 @@ mod tests {
 
     #[test]
     fn an_edge_reports_something_in_between_only_when_flying() {
-        let edge = |dx: f64, _: f64| if dx < 0.1 { wall(700.0, 1.0, 1) } else { wall(900.0, 1.0, 2) };
+        let edge = |dx: f64, _: f64| Some(if dx < 0.1 { wall(700.0, 1.0, 1) } else { wall(900.0, 1.0, 2) });
         let flying = SensorOptions { flying_pixels: true, ..SensorOptions::PERFECT };
         let mut noise = Noise::new(1);
         let mixed = measured(edge, &flying, &mut noise);
@@ -198,11 +197,11 @@ mod tests {
         let options = SensorOptions { noise_scale: 1.0, ..SensorOptions::PERFECT };
         let mut noise = Noise::new(1);
         // An edge two pixels away reaches the pixel when lateral noise (0.84 px) exceeds about 2.4 sigma.
-        let edge = |dx: f64, _: f64| if dx < 2.0 { wall(700.0, 1.0, 1) } else { wall(900.0, 1.0, 2) };
+        let edge = |dx: f64, _: f64| Some(if dx < 2.0 { wall(700.0, 1.0, 1) } else { wall(900.0, 1.0, 2) });
         let moved = (0..4000).filter(|_| measured(edge, &options, &mut noise) > 800.0).count();
         assert!((10..80).contains(&moved), "{moved}");
         // A slope of 45 degrees: 1.9 mm a pixel. Noise stays the axial 1.36 mm.
-        let slope = |dx: f64, _: f64| wall(700.0 + 1.9 * dx, std::f64::consts::FRAC_1_SQRT_2, 1);
+        let slope = |dx: f64, _: f64| Some(wall(700.0 + 1.9 * dx, 45_f64.to_radians().cos(), 1));
         let square = |_| {
             let error = f64::from(measured(slope, &options, &mut noise)) - 700.0;
             error * error
@@ -216,7 +215,7 @@ mod tests {
         let holes = SensorOptions { holes: true, ..SensorOptions::PERFECT };
         let mut noise = Noise::new(1);
         for _ in 0..100 {
-            assert_eq!(measured(|_, _| wall(700.0, 0.05, 1), &holes, &mut noise), 0.0);
+            assert_eq!(measured(|_, _| Some(wall(700.0, 0.05, 1)), &holes, &mut noise), 0.0);
             assert_eq!(measured(|_, _| None, &SensorOptions::default(), &mut noise), 0.0);
         }
     }
@@ -226,7 +225,7 @@ mod tests {
         let options = SensorOptions { quantum_mm: 0.5, ..SensorOptions::default() };
         let mut noise = Noise::new(1);
         for _ in 0..100 {
-            let z_mm = measured(|_, _| wall(700.3, 0.9, 1), &options, &mut noise);
+            let z_mm = measured(|_, _| Some(wall(700.3, 0.9, 1)), &options, &mut noise);
             assert_eq!(z_mm * 2.0, (z_mm * 2.0).round());
         }
     }

@@ -37,6 +37,8 @@ pub(super) enum Material {
     Leaf {
         /// 0 deep green to 1 yellowish.
         ripeness: f32,
+        /// Brown instead.
+        withered: bool,
         brightness: f32,
         field: u32,
     },
@@ -94,19 +96,21 @@ fn surface(material: &Material, hit: &Hit, ray: &Ray, view: &Vector3<f64>) -> Su
         Material::Skin { skin, pole, field } => plain(skin_colour(&skin, pole, field, hit), skin.gloss),
         Material::Bark { brightness, field } => {
             let place = (ray.origin + ray.direction * hit.t).coords.cast::<f32>();
-            let grain = cloudy_noise(place.component_mul(&Vector3::new(0.16, 0.45, 0.45)), field);
-            let lichen = smoothstep(0.55, 0.80, value_noise(place * 0.09, field ^ 7));
-            let wood = linear([0.34, 0.325, 0.26]) * (0.35 + 1.1 * grain);
+            let grain = value_noise(place.component_mul(&Vector3::new(0.25, 0.8, 0.8)), field);
+            let lichen = smoothstep(0.56, 0.72, cloudy_noise(place * 0.11, field ^ 7));
+            let wood = linear([0.34, 0.325, 0.26]) * (0.5 + 0.8 * grain);
             let colour = wood.lerp(&linear([0.47, 0.49, 0.41]), 0.6 * lichen);
             Surface { brightness, ..plain(colour, 0.02) }
         }
         Material::Stem { brightness } => Surface { brightness, ..plain(linear([0.42, 0.50, 0.22]), 0.1) },
-        Material::Leaf { ripeness, brightness, field } => {
+        Material::Leaf { ripeness, withered, brightness, field } => {
             // Seen from its back the leaf turns its other normal to us, paler and matt.
             let front = hit.normal.dot(view) > 0.0;
-            let colour = leaf_colour(ripeness, field, hit);
+            let green = linear([0.19, 0.37, 0.12]).lerp(&linear([0.37, 0.51, 0.16]), ripeness * ripeness);
+            let blade = if withered { linear([0.47, 0.27, 0.13]) } else { green };
+            let colour = leaf_colour(blade, field, hit);
             Surface {
-                colour: if front { colour } else { colour.lerp(&linear([0.52, 0.60, 0.42]), 0.35) },
+                colour: if front { colour } else { colour.lerp(&linear([0.52, 0.60, 0.42]), 0.3) },
                 normal: if front { hit.normal } else { -hit.normal },
                 gloss: if front { 0.22 } else { 0.03 },
                 through: colour.component_mul(&Light::new(1.15, 1.0, 0.35)) * 0.75,
@@ -132,9 +136,9 @@ fn skin_colour(skin: &Skin, pole: Pole, field: u32, hit: &Hit) -> Light {
     colour * (pit * scar)
 }
 
-fn leaf_colour(ripeness: f32, field: u32, hit: &Hit) -> Light {
+/// The blade's colour with its tones and veins.
+fn leaf_colour(blade: Light, field: u32, hit: &Hit) -> Light {
     let (along, across) = (hit.local.x as f32, hit.local.y as f32);
-    let green = linear([0.19, 0.37, 0.12]).lerp(&linear([0.37, 0.51, 0.16]), ripeness * ripeness);
     let tone = 0.74 + 0.46 * value_noise(Vector3::new(along * 3.5, across * 3.5, 0.0), field);
     // Three veins run from the stalk: the middle one and one to either side; finer ones branch off.
     let width = (1.0 - along * along) * (1.0 - along / 3.0);
@@ -146,7 +150,8 @@ fn leaf_colour(ripeness: f32, field: u32, hit: &Hit) -> Light {
     let vein = main.max(side).max(fine);
     // The two halves catch the light a little differently beyond what their fold does.
     let half = if across > 0.0 { 1.06 } else { 0.94 };
-    (green * (tone * half)).lerp(&linear([0.55, 0.66, 0.34]), 0.45 * vein)
+    let pale = blade.lerp(&linear([0.70, 0.78, 0.48]), 0.35);
+    (blade * (tone * half)).lerp(&pale, 0.7 * vein)
 }
 
 /// Linear light of a display colour, 0..1. The curve is a square, near enough to sRGB's and the same everywhere.

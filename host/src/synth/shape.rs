@@ -44,21 +44,28 @@ impl Shape {
         }
     }
 
-    /// Balls whose convex hull contains the body.
-    pub(super) fn hull(&self) -> [Ball; 3] {
+    /// A bent rod that contains the body.
+    pub(super) fn rod(&self) -> Rod {
         match self {
-            Self::Ellipsoid(shape) => shape.capsule().hull(),
-            Self::Capsule(shape) => shape.hull(),
-            Self::Leaf(shape) => shape.hull(),
+            Self::Ellipsoid(shape) => shape.capsule().rod(),
+            Self::Capsule(shape) => shape.rod(),
+            Self::Leaf(shape) => shape.rod(),
         }
     }
 }
 
-/// Centre and radius, millimetres.
+/// All points within `radius` of the line through `points`, millimetres.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Ball {
-    pub(super) centre: Point3<f64>,
+pub(super) struct Rod {
+    pub(super) points: [Point3<f64>; 3],
     pub(super) radius: f64,
+}
+
+impl Rod {
+    /// No point of it is nearer than this along z.
+    pub(super) fn front_mm(&self) -> f64 {
+        self.points.iter().map(|point| point.z).fold(f64::INFINITY, f64::min) - self.radius
+    }
 }
 
 /// Semi-axes along the rows of `axes`.
@@ -136,9 +143,8 @@ impl Capsule {
         })
     }
 
-    fn hull(&self) -> [Ball; 3] {
-        let ball = |centre| Ball { centre, radius: self.radius };
-        [ball(self.from), ball(self.to), ball(self.to)]
+    fn rod(&self) -> Rod {
+        Rod { points: [self.from, self.to, self.to], radius: self.radius }
     }
 
     /// Smallest distance between the surfaces of two capsules, negative when they overlap.
@@ -184,19 +190,18 @@ pub(super) struct Leaf {
 /// Greatest value of the outline (1 - s^2)(1 - s/3) on -1..1, at s = 1 - sqrt(4/3), rounded up.
 const BROADEST: f64 = 1.027;
 
-/// Where along a leaf the outer balls of its hull sit.
-const HULL_PLACE: f64 = 0.55;
+/// Where along a leaf the rod around it ends.
+const ROD_END: f64 = 0.55;
 
 impl Leaf {
-    /// Three balls along the middle vein, large enough for the halves of the blade and for both tips.
-    fn hull(&self) -> [Ball; 3] {
+    /// Three places of the middle vein, with a radius large enough for the halves of the blade and for both tips.
+    fn rod(&self) -> Rod {
         let blade = BROADEST * self.half_width * (1.0 + self.fold * self.fold).sqrt();
-        let tip = nalgebra::distance(&self.point(1.0, 0.0), &self.point(HULL_PLACE, 0.0));
-        // Between two balls the bent vein leaves their chord by bend (length / 2)^2.
-        let sag =
-            self.bend.abs() * (HULL_PLACE * self.half_length / 2.0) * (HULL_PLACE * self.half_length / 2.0);
+        let tip = nalgebra::distance(&self.point(1.0, 0.0), &self.point(ROD_END, 0.0));
+        // Between two places the bent vein leaves their chord by bend (length / 2)^2.
+        let sag = self.bend.abs() * (ROD_END * self.half_length / 2.0) * (ROD_END * self.half_length / 2.0);
         let radius = blade.max(tip) + sag;
-        [-HULL_PLACE, 0.0, HULL_PLACE].map(|along| Ball { centre: self.point(along, 0.0), radius })
+        Rod { points: [-ROD_END, 0.0, ROD_END].map(|along| self.point(along, 0.0)), radius }
     }
 
     /// Point of the sheet at `along`, `across` in -1..1.
@@ -238,8 +243,9 @@ impl Leaf {
             let Some((first, second)) = roots(a, b, c) else { continue };
             for t in [first, second] {
                 let (x, y) = (o.x + d.x * t, o.y + d.y * t);
-                let s = x / self.half_length;
-                let inside = s.abs() <= 1.0 && y * side >= 0.0 && y.abs() <= self.half_width * outline(s);
+                let inside = x.abs() <= self.half_length
+                    && y * side >= 0.0
+                    && y.abs() <= self.half_width * outline(x / self.half_length);
                 if t > NEAREST_T && inside && nearest.is_none_or(|(other, ..)| t < other) {
                     nearest = Some((t, x, y));
                 }
@@ -288,21 +294,18 @@ mod tests {
             .collect()
     }
 
-    /// Every hit is on the surface, within the bounds, and has a unit normal; some rays hit and some miss.
+    /// Every hit is on the surface, within the rod, and has a unit normal; some rays hit and some miss.
     fn check(shape: &Shape, noise: &mut Noise, error_mm: impl Fn(Point3<f64>) -> f64) {
-        let hull = shape.hull();
-        let middle = nalgebra::center(&hull[0].centre, &hull[2].centre);
+        let Rod { points: [a, b, c], radius } = shape.rod();
         let mut hits = 0;
-        for ray in rays(noise, middle, hull[0].radius) {
+        for ray in rays(noise, nalgebra::center(&a, &c), radius) {
             let Some(hit) = shape.hit(&ray) else { continue };
             hits += 1;
             let point = ray.origin + ray.direction * hit.t;
             assert!((point.z - hit.t).abs() < 1e-9);
             assert!(error_mm(point).abs() < 1e-6, "{shape:?} {point}");
-            // Within the hull: no direction in which the point lies beyond all balls.
-            let direction = noise.direction();
-            let beyond = |ball: &Ball| (point - ball.centre).dot(&direction) > ball.radius + 1e-9;
-            assert!(!hull.iter().all(beyond), "{shape:?} {point}");
+            let beside = segment_distance(point, point, a, b).min(segment_distance(point, point, b, c));
+            assert!(beside <= radius + 1e-9 && point.z >= shape.rod().front_mm(), "{shape:?} {point}");
             assert!((hit.normal.norm() - 1.0).abs() < 1e-12);
             if !matches!(shape, Shape::Leaf(_)) {
                 assert!(hit.normal.dot(&ray.direction) <= 1e-9, "the far side was hit first");
