@@ -56,7 +56,7 @@ impl Fruit {
             Self::Lemon => sized(20.0, 42.0, 45.0),
             Self::Kiwi => sized(18.0, 42.0, 45.0),
             Self::Egg => sized(17.0, 36.0, 40.0),
-            Self::CherryTomato => sized(8.0, 25.0, 25.0),
+            Self::CherryTomato => Config { semi_axis_min: 8.0, semi_axis_max: 25.0, ..Config::jujube() },
             Self::Generic => Config::generic(),
             // Six decades either side of one: unit-scale simulations and surveys in millimetres alike.
             Self::None => Config { min_ratio: 0.0, ..sized(1e-6, 1e6, f32::INFINITY) },

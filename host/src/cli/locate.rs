@@ -75,6 +75,9 @@ pub(super) struct LocateArgs {
     /// Points a target must have.
     #[arg(long, value_name = "N")]
     min_inliers: Option<u16>,
+    /// Part of its neighbourhood that a hypothesis must explain, 0 to 1.
+    #[arg(long, value_name = "W")]
+    min_ratio: Option<f32>,
     /// Targets per region at most.
     #[arg(long, value_name = "N")]
     max_targets: Option<u8>,
@@ -200,6 +203,7 @@ impl LocateArgs {
         config.max_trials = self.max_trials.unwrap_or(config.max_trials);
         config.refits = self.refits.unwrap_or(config.refits);
         config.min_inliers = self.min_inliers.unwrap_or(config.min_inliers);
+        config.min_ratio = self.min_ratio.unwrap_or(config.min_ratio);
         config.max_targets = self.max_targets.unwrap_or(config.max_targets);
         config
     }

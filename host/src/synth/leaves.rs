@@ -16,7 +16,7 @@ const DOWN: Vector3<f64> = Vector3::new(0.0, 1.0, 0.0);
 const FAR_DISTANCES: (f64, f64) = (1.4, 2.6);
 const FAR_BRIGHTNESS: (f32, f32) = (0.60, 0.30);
 /// Shoots of a branch behind.
-const FAR_SHOOTS: usize = 12;
+const FAR_SHOOTS: usize = 9;
 
 impl Composer {
     /// A shoot of the nearest trees, arching from a branch.

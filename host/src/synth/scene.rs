@@ -36,7 +36,7 @@ pub struct SceneOptions {
     pub view_slopes: (f64, f64),
     /// Least gap between two fruit, millimetres; measured between capsules around them.
     pub gap_mm: f64,
-    /// Branches that cross the view.
+    /// Branches that cross the view. Without any, fruit hang from nothing anywhere in it.
     pub branch_count: usize,
     /// Shoots without fruit, each with up to ten leaves.
     pub shoot_count: usize,
@@ -63,8 +63,8 @@ impl Default for SceneOptions {
             view_slopes: (0.48, 0.36),
             gap_mm: 1.0,
             branch_count: 3,
-            shoot_count: 22,
-            leaf_count: 90,
+            shoot_count: 18,
+            leaf_count: 80,
             occluding_leaf_count: 5,
             withered_share: 0.02,
             far_branch_count: 4,
@@ -136,15 +136,9 @@ impl Scene {
         &self.fruits
     }
 
-    /// The body of each fruit.
-    pub(super) fn fruit_bodies(&self) -> Vec<u16> {
-        let mut bodies = vec![0; self.fruits.len()];
-        for (index, body) in (0_u16..).zip(&self.bodies) {
-            if let Some(place) = body.fruit.and_then(|fruit| bodies.get_mut(usize::from(fruit))) {
-                *place = index;
-            }
-        }
-        bodies
+    /// The fruit that a body is; nothing for other bodies and for numbers of none.
+    pub(super) fn fruit_of(&self, body: u16) -> Option<u8> {
+        self.bodies.get(usize::from(body)).and_then(|body| body.fruit)
     }
 }
 
@@ -217,7 +211,7 @@ impl Composer {
         (0..BRANCH_PIECES).map(|k| Capsule { from: place(k), to: place(k + 1), radius: taper(k) }).collect()
     }
 
-    /// A place on the wood within the view, and the piece it is on.
+    /// A random place on the wood; nothing where there is none.
     pub(super) fn place_on_wood(&mut self) -> Option<Point3<f64>> {
         if self.wood.is_empty() {
             return None;
@@ -275,7 +269,8 @@ impl Composer {
         let (slope_x, slope_y) = self.options.view_slopes;
         let root = self.place_on_wood().unwrap_or_else(|| {
             let z = self.noise.between(near, far);
-            Point3::new(self.noise.between(-slope_x, slope_x) * z, -slope_y * z, z)
+            let (x, y) = (self.noise.between(-slope_x, slope_x), self.noise.between(-slope_y, slope_y));
+            Point3::new(x * z, y * z, z)
         });
         let noise = &mut self.noise;
         let drop = pole_length + noise.between(12.0, 75.0);

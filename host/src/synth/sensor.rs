@@ -25,7 +25,7 @@ const MIXED_LOSS: f64 = 0.4;
 /// Depths further apart than this within a pixel are two surfaces, millimetres.
 const MIXED_STEP_MM: f64 = 15.0;
 /// Samples along each side of a pixel.
-const SAMPLES: i32 = 3;
+const SAMPLES: usize = 3;
 
 /// The properties of the simulated sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -120,27 +120,30 @@ fn integrate(
     cast: impl Fn(f64, f64) -> Option<Echo>,
     flying_pixels: bool,
 ) -> Option<(Echo, bool)> {
-    let offset = |k: i32| f64::from(2 * k + 1 - SAMPLES) / f64::from(2 * SAMPLES);
-    let samples = (0..SAMPLES).flat_map(|j| (0..SAMPLES).map(move |i| (offset(i), offset(j))));
-    let mut echoes: Vec<Echo> = samples.filter_map(|(dx, dy)| cast(dx, dy)).collect();
+    let offset = |k: usize| (k as f64 + 0.5) / SAMPLES as f64 - 0.5;
+    let samples: [Option<Echo>; SAMPLES * SAMPLES] =
+        std::array::from_fn(|k| cast(offset(k % SAMPLES), offset(k / SAMPLES)));
+    let echoes = || samples.iter().flatten();
     // Light that never returns only weakens the pixel; more than half of it missing, the pixel is lost.
-    if 2 * echoes.len() < (SAMPLES * SAMPLES) as usize {
+    let count = echoes().count();
+    if 2 * count < samples.len() {
         return None;
     }
-    echoes.sort_by(|a, b| a.z_mm.total_cmp(&b.z_mm));
-    let nearest = echoes.first()?;
-    let front = echoes.partition_point(|echo| echo.z_mm < nearest.z_mm + MIXED_STEP_MM);
-    if flying_pixels && front < echoes.len() {
-        return Some((Echo { z_mm: mean_by_light(&echoes), ..*nearest }, true));
+    let nearest = echoes().reduce(|a, b| if b.z_mm < a.z_mm { b } else { a })?;
+    let is_front = |echo: &Echo| echo.z_mm < nearest.z_mm + MIXED_STEP_MM;
+    let front = echoes().filter(|echo| is_front(echo)).count();
+    if flying_pixels && front < count {
+        return Some((Echo { z_mm: mean_by_light(echoes()), ..*nearest }, true));
     }
-    let larger = if 2 * front >= echoes.len() { &echoes[..front] } else { &echoes[front..] };
-    // On the surface that the ray itself meets, lateral noise does not move the measurement.
-    let own = own.filter(|echo| larger.iter().any(|other| other.surface == echo.surface));
-    Some((own.unwrap_or(larger[larger.len() / 2]), false))
+    // Of two surfaces the larger; lateral noise does not move the measurement on the one that the ray itself meets.
+    let larger = 2 * front >= count;
+    let seen = || echoes().filter(|echo| is_front(echo) == larger);
+    let own = own.filter(|own| seen().any(|echo| echo.surface == own.surface));
+    own.or_else(|| seen().next().copied()).map(|echo| (echo, false))
 }
 
 /// Mean depth, each sample weighted by the light that returns from it.
-fn mean_by_light(echoes: &[Echo]) -> f64 {
+fn mean_by_light<'a>(echoes: impl Iterator<Item = &'a Echo>) -> f64 {
     let (mut sum, mut weights) = (0.0, 0.0);
     for echo in echoes {
         let weight = 1.0 / (echo.z_mm * echo.z_mm);

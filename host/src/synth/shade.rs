@@ -97,7 +97,7 @@ fn surface(material: &Material, hit: &Hit, ray: &Ray, view: &Vector3<f64>) -> Su
         Material::Bark { brightness, field } => {
             let place = (ray.origin + ray.direction * hit.t).coords.cast::<f32>();
             let grain = value_noise(place.component_mul(&Vector3::new(0.25, 0.8, 0.8)), field);
-            let lichen = smoothstep(0.56, 0.72, cloudy_noise(place * 0.11, field ^ 7));
+            let lichen = smoothstep(0.56, 0.72, 0.75 * value_noise(place * 0.08, field ^ 7) + 0.25 * grain);
             let wood = linear([0.34, 0.325, 0.26]) * (0.5 + 0.8 * grain);
             let colour = wood.lerp(&linear([0.47, 0.49, 0.41]), 0.6 * lichen);
             Surface { brightness, ..plain(colour, 0.02) }
@@ -126,7 +126,7 @@ fn skin_colour(skin: &Skin, pole: Pole, field: u32, hit: &Hit) -> Light {
     let mottle = cloudy_noise(place * 2.2, field);
     let ripe = bright.lerp(&deep, smoothstep(0.25, 0.75, mottle));
     let unripe = value_noise(place * 1.6, field ^ 0x55) - 0.12 * place.y.abs();
-    let patch = smoothstep(0.78 - skin.patch_share, 0.92 - 0.5 * skin.patch_share, unripe);
+    let patch = smoothstep(0.72 - skin.patch_share, 0.98 - 0.4 * skin.patch_share, unripe);
     let freckle = smoothstep(0.80, 0.95, value_noise(place * 17.0, field ^ 0x99));
     let colour = ripe.lerp(&linear(skin.patch), patch * 0.85) * (1.0 + 0.35 * freckle);
     // The pit around the stalk and the scar of the blossom at the other end.

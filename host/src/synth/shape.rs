@@ -212,37 +212,46 @@ impl Leaf {
         self.centre + self.axes.transpose() * Vector3::new(x, y, z)
     }
 
-    /// Whether a ray, in the leaf's frame, misses the box around it: while it is between the box's bottom and top, it
-    /// stays beyond one of its sides. Most rays do, and this is all they cost. Along the leaf's face the comparisons
-    /// are with infinities or NaN and decide nothing.
-    fn passes_by(&self, o: &Vector3<f64>, d: &Vector3<f64>) -> bool {
-        let rise = self.bend * self.half_length * self.half_length;
-        let per_z = 1.0 / d.z;
-        let enter = (rise.min(0.0) - o.z) * per_z;
-        let leave = (rise.max(0.0) + self.fold * self.half_width * BROADEST - o.z) * per_z;
-        let beyond = |o: f64, d: f64, limit: f64| {
-            let (a, b) = (o + d * enter, o + d * leave);
-            (a > limit && b > limit) || (a < -limit && b < -limit)
-        };
-        beyond(o.x, d.x, self.half_length) || beyond(o.y, d.y, self.half_width * BROADEST)
-    }
-
     fn hit(&self, ray: &Ray) -> Option<Hit> {
-        let o = self.axes * (ray.origin - self.centre);
-        let d = self.axes * ray.direction;
-        if self.passes_by(&o, &d) {
+        let offset = ray.origin - self.centre;
+        let along = |k: usize, v: &Vector3<f64>| {
+            self.axes[(k, 0)] * v.x + self.axes[(k, 1)] * v.y + self.axes[(k, 2)] * v.z
+        };
+        // Most rays miss, and should find out soon: while one is between the bottom and the top of the box around the
+        // leaf, it stays beyond one of the box's sides. Of rays along the leaf's face, with their infinities and NaN,
+        // the comparisons decide nothing.
+        let (oz, dz) = (along(2, &offset), along(2, &ray.direction));
+        let rise = self.bend * self.half_length * self.half_length;
+        let breadth = self.half_width * BROADEST;
+        let (enter, leave) = ((rise.min(0.0) - oz) / dz, (rise.max(0.0) + self.fold * breadth - oz) / dz);
+        let (ox, dx) = (along(0, &offset), along(0, &ray.direction));
+        let (x0, x1) = (ox + dx * enter, ox + dx * leave);
+        if (x0 > self.half_length && x1 > self.half_length)
+            || (x0 < -self.half_length && x1 < -self.half_length)
+        {
             return None;
         }
-        let mut nearest: Option<(f64, f64, f64)> = None;
+        let (oy, dy) = (along(1, &offset), along(1, &ray.direction));
+        let (y0, y1) = (oy + dy * enter, oy + dy * leave);
         // On each side of the middle vein |y| is y or -y, and the sheet a parabolic cylinder.
-        for side in [1.0, -1.0] {
+        let sides: &[f64] = if (y0 > breadth && y1 > breadth) || (y0 < -breadth && y1 < -breadth) {
+            &[]
+        } else if y0 > 0.0 && y1 > 0.0 {
+            &[1.0]
+        } else if y0 < 0.0 && y1 < 0.0 {
+            &[-1.0]
+        } else {
+            &[1.0, -1.0]
+        };
+        let mut nearest: Option<(f64, f64, f64)> = None;
+        for &side in sides {
             let fold = self.fold * side;
-            let a = -self.bend * d.x * d.x;
-            let b = d.z - 2.0 * self.bend * o.x * d.x - fold * d.y;
-            let c = o.z - self.bend * o.x * o.x - fold * o.y;
+            let a = -self.bend * dx * dx;
+            let b = dz - 2.0 * self.bend * ox * dx - fold * dy;
+            let c = oz - self.bend * ox * ox - fold * oy;
             let Some((first, second)) = roots(a, b, c) else { continue };
             for t in [first, second] {
-                let (x, y) = (o.x + d.x * t, o.y + d.y * t);
+                let (x, y) = (ox + dx * t, oy + dy * t);
                 let inside = x.abs() <= self.half_length
                     && y * side >= 0.0
                     && y.abs() <= self.half_width * outline(x / self.half_length);

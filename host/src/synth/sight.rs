@@ -9,8 +9,10 @@ use super::shade::sunward;
 use super::shape::{Hit, Ray, Rod, Shape};
 use super::tiles::{Footprint, Rectangle, Tiles};
 
-/// Edge of a tile: pixels of an image, millimetres of what the sun sees.
-const TILE: f64 = 8.0;
+/// Edge of a tile of an image, pixels.
+const TILE_PX: f64 = 6.0;
+/// Edge of a tile of what the sun sees, millimetres.
+const SUN_TILE_MM: f64 = 4.0;
 /// Rays may look past the image by this much: a lens without distortion would see more than one with it.
 const MARGIN_PX: f64 = 64.0;
 /// A surface lifts its shadow ray by this much, millimetres.
@@ -71,7 +73,7 @@ impl<'a> Sight<'a> {
             max: Point2::new(size.0 as f64 + MARGIN_PX, size.1 as f64 + MARGIN_PX),
         };
         let footprints = scene.bodies.iter().map(|body| eye.footprint(&body.shape.rod()));
-        Self { scene, eye, size, tiles: Tiles::new(area, TILE, footprints) }
+        Self { scene, eye, size, tiles: Tiles::new(area, TILE_PX, footprints) }
     }
 
     /// The body that the ray of a pixel meets first, with the ray itself.
@@ -93,10 +95,13 @@ impl<'a> Sight<'a> {
         (ray, first)
     }
 
-    /// Whether a body would be seen in a pixel if it stood alone.
-    pub(super) fn meets(&self, body: u16, u: f64, v: f64) -> bool {
-        let shape = &self.scene.bodies[usize::from(body)].shape;
-        self.tiles.at(u, v).contains(&body) && shape.hit(&self.eye.ray(u, v)).is_some()
+    /// The fruit that a pixel would see if they stood alone.
+    pub(super) fn fruits_at(&self, u: f64, v: f64) -> impl Iterator<Item = u8> {
+        let bodies = self.tiles.at(u, v).iter().map(|&body| &self.scene.bodies[usize::from(body)]);
+        bodies.filter_map(move |body| {
+            let fruit = body.fruit?;
+            body.shape.hit(&self.eye.ray(u, v)).map(|_| fruit)
+        })
     }
 }
 
@@ -120,8 +125,9 @@ impl<'a> Sunlight<'a> {
             Footprint { points: points.map(seen), radius }
         });
         let area = footprints.clone().map(|footprint| footprint.bounds()).reduce(Rectangle::join);
-        let area = area.unwrap_or(Rectangle { min: Point2::origin(), max: Point2::new(TILE, TILE) });
-        Self { scene, sun, across, tiles: Tiles::new(area, TILE, footprints) }
+        let area =
+            area.unwrap_or(Rectangle { min: Point2::origin(), max: Point2::new(SUN_TILE_MM, SUN_TILE_MM) });
+        Self { scene, sun, across, tiles: Tiles::new(area, SUN_TILE_MM, footprints) }
     }
 
     /// Whether the sun shines on the place where a ray hits a body, from either side if the body is a leaf.
@@ -163,7 +169,9 @@ mod tests {
             assert_eq!(first.map(|(body, hit)| (body, hit.t)), nearest, "at ({u}, {v})");
             let Some((body, hit)) = first else { continue };
             hits += 1;
-            assert!(sight.meets(body, u, v));
+            assert!(
+                scene.fruit_of(body).is_none_or(|fruit| sight.fruits_at(u, v).any(|other| other == fruit))
+            );
             // Whatever a body that shades itself does, the sun is blocked only by what a full search finds.
             let place = ray.origin + ray.direction * hit.t;
             let side = hit.normal * hit.normal.dot(&sunlight.sun).signum() * SHADOW_LIFT_MM;
