@@ -13,7 +13,7 @@ use semihosting::{println, process::exit};
 use varsac_core::fit::fit;
 use varsac_core::tebc::Shell;
 use varsac_core::{Config, Detector, Point3, Step, Workspace};
-use varsac_firmware_sim::scene::{FRUIT_POINTS, SCENE_POINTS, one_fruit, scene};
+use varsac_firmware_sim::scene::{FRUIT_POINTS, SCENE_POINTS, config, one_fruit, scene};
 
 use crate::hardware::stack_high_water;
 use crate::startup::BOARD;
@@ -73,8 +73,8 @@ pub(crate) fn print() {
 
     let one = search(&paper, overhead, fruit, workspace, true);
     scene(0, cloud);
-    let Ok(jujube) = Detector::new(Config::jujube()) else { exit(2) };
-    let whole = search(&jujube, overhead, cloud, workspace, false);
+    let Ok(wider) = Detector::new(Config { max_trials: 3000, ..config(0) }) else { exit(2) };
+    let whole = search(&wider, overhead, cloud, workspace, false);
     let stack = stack_high_water();
 
     println!("tebc_point_x100 {}", tebc * 100 / FRUIT_POINTS as u64);
