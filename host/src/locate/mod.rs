@@ -4,18 +4,15 @@
 //! region become points; each region is a cloud of its own and is searched on its own, regions side by side. A cloud
 //! given as such is one region. Results are in the order of the regions, and within a region in the order found.
 
+mod region;
+
 use std::time::{Duration, Instant};
 
-use rayon::prelude::*;
 use serde::Serialize;
-use varsac_core::{
-    CentralQuadric, Config, Constraint, Detector, Ellipsoid, Point3, Rejection, Score, Workspace, fit,
-    tebc::Shell,
-};
+use varsac_core::{Config, Ellipsoid, Point3, Score};
 
 use crate::{
     backproject::{Pinhole, PointOptions, View},
-    baseline::{RansacOptions, ransac},
     cloud::Cloud,
     decimate::decimate,
     error::InputError,
@@ -24,6 +21,8 @@ use crate::{
     kinect::Registration,
     segment::{self, Regions, SegmentOptions},
 };
+
+pub use region::{Found, Here, Searcher, detector, fit_all};
 
 /// Points a cloud may have: what 16-bit indices can name.
 pub const MAX_CAPACITY: usize = varsac_core::point::MAX_POINTS;
@@ -182,35 +181,6 @@ impl Camera {
     }
 }
 
-/// Who searches the regions of an input.
-pub trait Searcher {
-    /// Searches each cloud; the results in their order.
-    ///
-    /// # Errors
-    /// A cloud or a configuration that cannot be searched.
-    fn search(&mut self, clouds: &[Vec<Point3>], options: &Options) -> Result<Vec<Found>, InputError>;
-}
-
-/// This program, all regions side by side.
-#[derive(Debug, Clone, Copy)]
-pub struct Here;
-
-impl Searcher for Here {
-    fn search(&mut self, clouds: &[Vec<Point3>], options: &Options) -> Result<Vec<Found>, InputError> {
-        let detector = detector(options)?;
-        clouds.par_iter().map(|cloud| search_region(cloud, &detector, options)).collect()
-    }
-}
-
-/// The detector of these options.
-///
-/// # Errors
-/// A configuration out of range.
-pub fn detector(options: &Options) -> Result<Detector, InputError> {
-    Detector::new(options.config.clone())
-        .map_err(|error| InputError::at("configuration", error.to_string(), "change the option that sets it"))
-}
-
 /// Locates fruit in a frame.
 ///
 /// # Errors
@@ -360,77 +330,4 @@ fn search(
     located.notes = notes;
     located.elapsed = work.started.elapsed();
     Ok(located)
-}
-
-/// Targets of one region and the label of each of its points.
-pub type Found = (Vec<Target>, Vec<u32>);
-
-fn search_region(cloud: &[Point3], detector: &Detector, options: &Options) -> Result<Found, InputError> {
-    match options.method {
-        Method::Varsac => {
-            let mut workspace = RegionWorkspace::new(cloud.len());
-            let mut run = detector.detect(cloud, workspace.scratch(), options.seed).map_err(|error| {
-                InputError::at("cloud", error.to_string(), "check the unit (--unit) and the file")
-            })?;
-            let targets = run.by_ref().map(|d| target(d.ellipsoid, d.score, d.report.trials)).collect();
-            Ok((targets, run.labels().iter().map(|&label| u32::from(label)).collect()))
-        }
-        Method::Ransac => {
-            let points: Vec<[f32; 3]> = cloud.iter().map(|p| [p.x, p.y, p.z]).collect();
-            let found = ransac(&points, &RansacOptions::from(&options.config), options.seed);
-            let mut labels = vec![0; cloud.len()];
-            let mut targets = Vec::new();
-            for (k, one) in found.iter().enumerate() {
-                for &index in &one.inliers {
-                    labels[index as usize] = k as u32 + 1;
-                }
-                let score = Score { inliers: one.inliers.len() as u32, candidates: one.candidates as u32 };
-                targets.push(target(Ellipsoid::from(&one.ellipsoid), score, one.trials));
-            }
-            Ok((targets, labels))
-        }
-        Method::Direct => Ok(direct(cloud, options.config.constraint, options.config.shell)),
-    }
-}
-
-fn target(ellipsoid: Ellipsoid, score: Score, trials: u32) -> Target {
-    Target { region: 0, refusal: None, ellipsoid, score, trials }
-}
-
-/// Least squares on all points, without any size check (paper, Table 4 and 6). All points are its own; the score is
-/// counted with the same shell as everybody's.
-fn direct(cloud: &[Point3], constraint: Constraint, shell: f32) -> Found {
-    let Ok(surface) = fit_all(cloud, constraint) else { return (Vec::new(), vec![0; cloud.len()]) };
-    let shell = Shell::new(&surface, shell);
-    let labels: Vec<u32> = cloud.iter().map(|point| u32::from(shell.contains(point))).collect();
-    let score = Score { inliers: labels.iter().sum(), candidates: cloud.len() as u32 };
-    (vec![target(Ellipsoid::from(&surface), score, 1)], labels)
-}
-
-/// The core's fit on a whole cloud.
-///
-/// # Errors
-/// Why it is no ellipsoid.
-pub fn fit_all(cloud: &[Point3], constraint: Constraint) -> Result<CentralQuadric, Rejection> {
-    let all: Vec<u16> = (0..cloud.len().min(MAX_CAPACITY)).map(|index| index as u16).collect();
-    fit::fit(cloud, &all, constraint)
-}
-
-/// A workspace of a fitting size, on the heap; most regions are small.
-enum RegionWorkspace {
-    Small(Box<Workspace<4096>>),
-    Large(Box<Workspace<MAX_CAPACITY>>),
-}
-
-impl RegionWorkspace {
-    fn new(points: usize) -> Self {
-        if points <= 4096 { Self::Small(Box::default()) } else { Self::Large(Box::default()) }
-    }
-
-    fn scratch(&mut self) -> varsac_core::Scratch<'_> {
-        match self {
-            Self::Small(workspace) => workspace.scratch(),
-            Self::Large(workspace) => workspace.scratch(),
-        }
-    }
 }
