@@ -1,3 +1,4 @@
 //! The hosted side of varsac.
 pub mod error;
 pub mod image;
+pub mod synth;
