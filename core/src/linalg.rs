@@ -79,8 +79,9 @@ impl Symmetric9 {
                 pivot -= scaled * entry;
                 l[row + j] = entry;
             }
-            // Written so that NaN fails it; infinity is caught by the second test.
-            if !(pivot > MIN_PIVOT_RATIO * diagonal) || pivot > f32::MAX {
+            // NaN fails both comparisons.
+            let usable = pivot > MIN_PIVOT_RATIO * diagonal && pivot <= f32::MAX;
+            if !usable {
                 return None;
             }
             l[row + i] = pivot;

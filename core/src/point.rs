@@ -60,10 +60,16 @@ impl core::fmt::Display for CloudError {
                     1 => 'y',
                     _ => 'z',
                 };
-                write!(f, "point {index}: {name} is {value}; coordinates must be finite and within +-{MAX_COORDINATE:e}")
+                write!(
+                    f,
+                    "point {index}: {name} is {value}; coordinates must be finite and within +-{MAX_COORDINATE:e}"
+                )
             }
             Self::TooManyPoints { count, capacity } => {
-                write!(f, "the cloud has {count} points and the workspace holds {capacity}; decimate it or enlarge the workspace")
+                write!(
+                    f,
+                    "the cloud has {count} points and the workspace holds {capacity}; decimate it or enlarge the workspace"
+                )
             }
         }
     }
@@ -91,6 +97,13 @@ pub fn check_cloud(cloud: &[Point3], capacity: usize) -> Result<(), CloudError> 
     Ok(())
 }
 
+/// The point with this index. Index lists are built by this crate and are always in range; the origin stands in for
+/// an index that is not, so that no panic can be reached.
+#[inline(always)]
+pub(crate) fn at(cloud: &[Point3], index: u16) -> Point3 {
+    cloud.get(usize::from(index)).copied().unwrap_or(Point3::new(0.0, 0.0, 0.0))
+}
+
 /// Squared distance, summed x, y, z. Rounding is monotone, which the k-d tree's pruning relies on.
 #[inline]
 pub fn distance_squared(a: &Point3, b: &Point3) -> f32 {
@@ -112,7 +125,9 @@ mod tests {
             Err(CloudError::Coordinate { index: 3, axis: 1, value: f32::INFINITY })
         );
         cloud[1].z = f32::NAN;
-        assert!(matches!(check_cloud(&cloud, 5), Err(CloudError::Coordinate { index: 1, axis: 2, value }) if value.is_nan()));
+        assert!(
+            matches!(check_cloud(&cloud, 5), Err(CloudError::Coordinate { index: 1, axis: 2, value }) if value.is_nan())
+        );
     }
 
     #[test]

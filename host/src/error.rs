@@ -42,6 +42,10 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), InputError> {
     let written = std::fs::write(&temporary, bytes).and_then(|()| std::fs::rename(&temporary, path));
     written.map_err(|error| {
         let _ = std::fs::remove_file(&temporary);
-        InputError::in_file(path, format!("cannot be written ({error})"), "check that its folder exists and is writable")
+        InputError::in_file(
+            path,
+            format!("cannot be written ({error})"),
+            "check that its folder exists and is writable",
+        )
     })
 }

@@ -1,0 +1,37 @@
+//! A window into every stage, for the bit-for-bit check, for pictures and for debugging.
+//!
+//! Each method is called once where its stage happens and does nothing by default; the search with `()` as observer
+//! compiles to the search alone.
+
+use crate::{CentralQuadric, Detection, Quadric, Rejection, Score, linalg::Symmetric9};
+
+/// Sees what the search does, in order. Index lists are in ascending order where not stated otherwise.
+#[allow(unused_variables, reason = "the defaults ignore what they are shown")]
+pub trait Observer {
+    /// A trial begins at this point of the cloud.
+    fn seed_point(&mut self, index: u16) {}
+    /// Live points within the sampling radius of the seed point.
+    fn neighbourhood(&mut self, members: &[u16]) {}
+    /// The points drawn, as indices of the cloud, in draw order.
+    fn sample(&mut self, members: &[u16]) {}
+    /// Normal matrix and right-hand side of a fit, in its local frame.
+    fn normal_equations(&mut self, matrix: &Symmetric9, rhs: &[f32; 9]) {}
+    /// Its refined solution.
+    fn solution(&mut self, x: &[f32; 9]) {}
+    /// The quadric in the local frame; its invariants follow from it.
+    fn quadric(&mut self, quadric: &Quadric) {}
+    /// The ellipsoid it is, in the frame of the cloud.
+    fn hypothesis(&mut self, surface: &CentralQuadric) {}
+    /// Why a trial came to nothing.
+    fn rejected(&mut self, reason: Rejection) {}
+    /// Support of a valid hypothesis in its neighbourhood.
+    fn score(&mut self, score: Score) {}
+    /// The hypothesis is the best so far, and this many trials are now enough.
+    fn bound(&mut self, trials: u32) {}
+    /// The best hypothesis after a least-squares refit on its inliers.
+    fn refit(&mut self, surface: &CentralQuadric) {}
+    /// A target leaves the cloud.
+    fn detection(&mut self, detection: &Detection) {}
+}
+
+impl Observer for () {}

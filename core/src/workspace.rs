@@ -1,0 +1,63 @@
+//! The memory of a search: five bytes a point, in place or lent.
+//!
+//! With the 12 bytes of the point itself a cloud costs 17 bytes a point. The capacity `N` is known here and nowhere
+//! below: [`Workspace`] owns, [`Scratch`] borrows, algorithms take slices.
+
+use crate::point::MAX_POINTS;
+
+/// Owns the buffers for clouds of up to `N` points. Place it on the stack or in a `static`.
+///
+/// ```
+/// use varsac_core::Workspace;
+/// let mut workspace = Workspace::<2048>::new();
+/// assert_eq!(workspace.scratch().capacity(), 2048);
+/// assert_eq!(size_of::<Workspace<2048>>(), 5 * 2048);
+/// ```
+#[derive(Debug, Clone)]
+pub struct Workspace<const N: usize> {
+    order: [u16; N],
+    members: [u16; N],
+    labels: [u8; N],
+}
+
+impl<const N: usize> Workspace<N> {
+    /// An empty workspace.
+    pub const fn new() -> Self {
+        const { assert!(N <= MAX_POINTS, "indices are u16: a workspace holds at most 65535 points") };
+        Self { order: [0; N], members: [0; N], labels: [0; N] }
+    }
+
+    /// Lends the buffers to one search.
+    pub fn scratch(&mut self) -> Scratch<'_> {
+        Scratch { order: &mut self.order, members: &mut self.members, labels: &mut self.labels }
+    }
+}
+
+impl<const N: usize> Default for Workspace<N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Borrowed buffers of one search; what they held before does not matter.
+#[derive(Debug)]
+pub struct Scratch<'a> {
+    /// Permutation of the live points: the k-d tree.
+    pub(crate) order: &'a mut [u16],
+    /// Neighbourhood of the seed point, or inliers of a model, ascending.
+    pub(crate) members: &'a mut [u16],
+    /// 0 while a point is live, then the number of the target that claimed it.
+    pub(crate) labels: &'a mut [u8],
+}
+
+impl<'a> Scratch<'a> {
+    /// Buffers from elsewhere (a C program's, say); the shortest decides the capacity.
+    pub fn new(order: &'a mut [u16], members: &'a mut [u16], labels: &'a mut [u8]) -> Self {
+        Self { order, members, labels }
+    }
+
+    /// Points there is room for.
+    pub fn capacity(&self) -> usize {
+        self.order.len().min(self.members.len()).min(self.labels.len()).min(MAX_POINTS)
+    }
+}
