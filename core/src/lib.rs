@@ -47,6 +47,11 @@
 #![no_std]
 
 mod config;
+pub mod hypothesis;
+pub mod prior;
+pub mod refine;
+pub mod residual;
+pub mod visibility;
 mod detect;
 mod ellipsoid;
 pub mod fit;

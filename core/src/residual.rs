@@ -122,6 +122,26 @@ impl RayModel {
         Contact { u, value, variance, gap, miss_squared }
     }
 
+    /// The closest approach of the ray of `p`, whether it hits or misses: `F = |e| - 1`, negative where it hits.
+    #[inline(always)]
+    pub fn passing(&self, p: &Point3) -> Contact {
+        let ray = [p.x, p.y, p.z];
+        let d = [p.x - self.centre[0], p.y - self.centre[1], p.z - self.centre[2]];
+        let m = &self.to_unit;
+        let w = [dot(m[0], d), dot(m[1], d), dot(m[2], d)];
+        let q = [dot(m[0], ray), dot(m[1], ray), dot(m[2], ray)];
+        let inverse = 1.0 / dot(q, q);
+        let nearest = -(dot(w, q) * inverse);
+        let e = [w[0] + nearest * q[0], w[1] + nearest * q[1], w[2] + nearest * q[2]];
+        let miss_squared = dot(e, e);
+        let size = libm::sqrtf(miss_squared);
+        let unit = 1.0 / size;
+        let u = [e[0] * unit, e[1] * unit, e[2] * unit];
+        let gap = -nearest;
+        let g = [u[0] * self.inverse_axes[0], u[1] * self.inverse_axes[1], u[2] * self.inverse_axes[2]];
+        Contact { u, value: size - 1.0, variance: self.lateral * dot(g, g), gap, miss_squared }
+    }
+
     /// Derivatives of `F` at the contact: centre (body frame, per mm), rotation (body frame, per rad), logarithms of
     /// the semi-axes.
     #[inline(always)]

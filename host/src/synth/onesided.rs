@@ -65,6 +65,8 @@ pub struct Family {
     pub background_mm: (f64, f64),
     /// Chance of flying pixels, of holes at edges, of holes anywhere.
     pub defects: [f64; 3],
+    /// Rays across a pixel, each way ([`Sensor::rays`]).
+    pub rays: u32,
     /// The region is the fruit-coloured mask grown by so many pixels.
     pub margin_px: (f64, f64),
 }
@@ -83,6 +85,7 @@ pub const CLEAN: Family = Family {
     clutter: (0.0, 0.0),
     background_mm: (100.0, 400.0),
     defects: [0.0, 0.5, 0.0],
+    rays: 1,
     margin_px: (0.0, 1.0),
 };
 
@@ -95,12 +98,13 @@ pub const HARD: Family = Family {
     slant: 1.0,
     lateral_px: (0.0, 0.3),
     quantum_mm: 1.0,
-    occlusion: (0.0, 0.3),
+    occlusion: (0.0, 0.0),
     neighbour: 0.5,
     clutter: (0.0, 4.0),
     background_mm: (30.0, 300.0),
     defects: [0.4, 0.3, 0.01],
-    margin_px: (0.0, 3.0),
+    rays: 1,
+    margin_px: (0.0, 2.0),
 };
 
 /// One fruit, 0-50 % of it behind leaves.
@@ -204,6 +208,7 @@ impl Scene {
             flying: family.defects[0],
             edge_hole: family.defects[1],
             hole: family.defects[2],
+            rays: family.rays,
         };
         let mut bodies = vec![subject];
         if draws.chance(family.neighbour) {

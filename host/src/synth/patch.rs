@@ -1,7 +1,7 @@
 //! A depth patch as a time-of-flight camera would record it: pinhole rays, mixed pixels, noise, holes, counts.
 //!
 //! In: bodies in the camera frame (mm), a sensor, a window of pixels. Out: depth in mm, the body each pixel shows.
-//! Each pixel is the mean of 3 x 3 rays. Where these see two surfaces the pixel is mixed: it reports something in
+//! A pixel looks along its centre or averages the rays over its area. Where these see two surfaces the pixel is mixed: it reports something in
 //! between (a flying pixel), the nearer of the two clusters, or nothing.
 
 use super::shapes::{Pose, Shape, V3};
@@ -81,6 +81,8 @@ pub struct Sensor {
     pub edge_hole: f64,
     /// Chance that any pixel reports nothing.
     pub hole: f64,
+    /// Rays across one pixel, each way: 1 = an ideal pixel looks along its centre, 3 = it averages what it covers.
+    pub rays: u32,
 }
 
 /// A window of pixels: column `u` of the patch is pixel `left + u` from the principal point.
@@ -109,8 +111,8 @@ pub struct Patch {
 
 /// Depths of one pixel's rays further apart than this make it a mixed pixel, mm.
 const MIXED_MM: f64 = 12.0;
-/// Rays across one pixel, each way.
-const SUB: i32 = 3;
+/// Most rays across one pixel, each way.
+const MAX_RAYS: u32 = 5;
 /// Cap of the slant term's deviation, mm.
 const SLANT_CAP_MM: f64 = 8.0;
 
@@ -148,12 +150,15 @@ pub fn record(bodies: &[Body], sensor: &Sensor, window: Window, draws: &mut Draw
 fn pixel(bodies: &[Body], sensor: &Sensor, (x, y): (f64, f64), draws: &mut Draws) -> f64 {
     let (du, dv) = (sensor.lateral_px * draws.normal(), sensor.lateral_px * draws.normal());
     let (flight, hole, axial) = (draws.uniform(0.0, 1.0), draws.uniform(0.0, 1.0), draws.normal());
-    let mut depths = [0.0; (SUB * SUB) as usize];
+    let rays = sensor.rays.clamp(1, MAX_RAYS);
+    let middle_ray = 0.5 * f64::from(rays - 1);
+    let mut depths = [0.0; (MAX_RAYS * MAX_RAYS) as usize];
     let mut count = 0;
     let mut cosines = 0.0;
-    for j in 0..SUB {
-        for i in 0..SUB {
-            let (su, sv) = (f64::from(i - SUB / 2) / f64::from(SUB), f64::from(j - SUB / 2) / f64::from(SUB));
+    for j in 0..rays {
+        for i in 0..rays {
+            let offset = |k: u32| (f64::from(k) - middle_ray) / f64::from(rays);
+            let (su, sv) = (offset(i), offset(j));
             let ray = [(x + du + su) / sensor.focal_px, (y + dv + sv) / sensor.focal_px, 1.0];
             if let Some((_, depth, cosine)) = first_hit(bodies, ray) {
                 depths[count] = depth;
