@@ -8,7 +8,7 @@
 use crate::{
     CentralQuadric, CloudError, Config, ConfigError, Ellipsoid, Observer, Point3, Score, VarsacReport,
     kdtree,
-    point::{at, check_cloud},
+    point::check_cloud,
     rng::Stream,
     tebc::Shell,
     varsac::{Varsac, valid_fit},
@@ -201,7 +201,7 @@ impl Detections<'_> {
             Phase::End(Finish::FewPoints)
         } else {
             self.search = Varsac::new(self.config);
-            let live = self.list_live(|_| true);
+            let live = self.scratch.list_live(self.cloud, |_| true);
             if self.config.radius != f32::INFINITY {
                 let (order, members) = (&mut *self.scratch.order, &*self.scratch.members);
                 if let (Some(order), Some(members)) = (order.get_mut(..live), members.get(..live)) {
@@ -233,7 +233,7 @@ impl Detections<'_> {
             return Step::Working;
         }
         let shell = Shell::new(&surface, self.config.shell);
-        let count = self.list_live(|point| shell.contains(point));
+        let count = self.scratch.list_live(self.cloud, |point| shell.contains(point));
         let inliers = self.scratch.members.get(..count).unwrap_or(&[]);
         self.phase = match valid_fit(self.config, self.cloud, inliers, self.config.constraint, observer) {
             Ok(better) if better != surface => {
@@ -247,7 +247,7 @@ impl Detections<'_> {
 
     fn claim(&mut self, surface: &CentralQuadric, observer: &mut impl Observer) -> Step {
         let shell = Shell::new(surface, self.config.shell);
-        let count = self.list_live(|point| shell.contains(point));
+        let count = self.scratch.list_live(self.cloud, |point| shell.contains(point));
         if count < usize::from(self.config.min_inliers) {
             // The refit moved the surface off its points.
             return self.missed();
@@ -277,21 +277,5 @@ impl Detections<'_> {
         self.failures += 1;
         self.phase = Phase::Begin;
         Step::Missed(self.search.report)
-    }
-
-    /// Lists the unclaimed points that satisfy `wanted` in `scratch.members`, ascending; returns how many.
-    fn list_live(&mut self, wanted: impl Fn(&Point3) -> bool) -> usize {
-        let mut count = 0;
-        for index in 0..self.cloud.len() as u16 {
-            let live = self.scratch.labels.get(usize::from(index)) == Some(&0);
-            if live
-                && wanted(&at(self.cloud, index))
-                && let Some(slot) = self.scratch.members.get_mut(count)
-            {
-                *slot = index;
-                count += 1;
-            }
-        }
-        count
     }
 }

@@ -82,21 +82,25 @@ pub fn build(cloud: &[Point3], order: &mut [u16]) {
 }
 
 /// Writes the indices of all points of the tree within `radius` of `centre` (bound included) into `members`, ascending,
-/// and returns how many there are; what does not fit is left out. `O(sqrt n + m log m)` for m members as a rule.
+/// and returns how many there are; `None` when they do not fit. `O(sqrt n + m log m)` for m members as a rule.
 ///
 /// Pruning is exact: a point beyond the splitting plane has `|dx|` not smaller than the plane's, and rounding is
 /// monotone, so its computed squared distance is not smaller than the square tested here.
-pub fn within(cloud: &[Point3], order: &[u16], centre: &Point3, radius: f32, members: &mut [u16]) -> usize {
+pub fn within(
+    cloud: &[Point3],
+    order: &[u16],
+    centre: &Point3,
+    radius: f32,
+    members: &mut [u16],
+) -> Option<usize> {
     let limit = radius * radius;
     let mut count = 0;
     let mut pending = Pending::new(order.len());
     while let Some(subtree) = pending.pop() {
         let Some(&index) = order.get(usize::from(subtree.middle())) else { continue };
         let point = at(cloud, index);
-        if distance_squared(&point, centre) <= limit
-            && let Some(slot) = members.get_mut(count)
-        {
-            *slot = index;
+        if distance_squared(&point, centre) <= limit {
+            *members.get_mut(count)? = index;
             count += 1;
         }
         let offset = coordinate(centre, subtree.axis) - coordinate(&point, subtree.axis);
@@ -109,10 +113,8 @@ pub fn within(cloud: &[Point3], order: &[u16], centre: &Point3, radius: f32, mem
             pending.push(before);
         }
     }
-    if let Some(found) = members.get_mut(..count) {
-        sort_by_key(found, |index| index);
-    }
-    count
+    sort_by_key(members.get_mut(..count)?, |index| index);
+    Some(count)
 }
 
 #[cfg(test)]
@@ -133,7 +135,7 @@ mod tests {
         let mut members = [0_u16; 700];
         for (k, centre) in cloud.iter().enumerate() {
             let radius = (k % 40) as f32;
-            let count = within(cloud, order, centre, radius, &mut members);
+            let count = within(cloud, order, centre, radius, &mut members).unwrap();
             assert!(members[..count].iter().copied().eq(linear(cloud, centre, radius)), "point {k}");
         }
     }
@@ -157,11 +159,12 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_left_out() {
+    fn what_does_not_fit_is_said() {
         let cloud = [Point3::origin(); 8];
         let mut order = [0, 1, 2, 3, 4, 5, 6, 7];
         build(&cloud, &mut order);
         let mut three = [0; 3];
-        assert_eq!(within(&cloud, &order, &Point3::origin(), 1.0, &mut three), 3);
+        assert_eq!(within(&cloud, &order, &Point3::origin(), 1.0, &mut three), None);
+        assert_eq!(within(&cloud, &order, &Point3::origin(), 1.0, &mut [0; 8]), Some(8));
     }
 }

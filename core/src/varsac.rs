@@ -8,8 +8,14 @@
 //! size do not compare (nine stray points that fit themselves have ratio 1).
 
 use crate::{
-    CentralQuadric, Config, Constraint, Observer, Point3, Score, fit::fit_observed, kdtree, point::at,
-    rng::Stream, tebc::Shell, trials::trials, workspace::Scratch,
+    CentralQuadric, Config, Constraint, Observer, Point3, Score,
+    fit::fit_observed,
+    kdtree,
+    point::{at, distance_squared},
+    rng::Stream,
+    tebc::Shell,
+    trials::trials,
+    workspace::Scratch,
 };
 
 /// Why a trial came to nothing. Counted in [`VarsacReport`]; not an error, most trials end so.
@@ -133,8 +139,15 @@ fn neighbourhood(
     let rank = stream.below(live);
     let seed = live_point_of_rank(scratch.labels, cloud.len(), live, rank);
     observer.seed_point(seed);
+    let centre = at(cloud, seed);
     let tree = scratch.order.get(..live as usize).unwrap_or(&[]);
-    let count = kdtree::within(cloud, tree, &at(cloud, seed), config.radius, scratch.members);
+    // Past an eighth of the cloud, sorting what the tree finds costs more than looking at every point in order. Both
+    // ways give the same list.
+    let few = scratch.members.get_mut(..live as usize / 8).unwrap_or(&mut []);
+    let count = kdtree::within(cloud, tree, &centre, config.radius, few).unwrap_or_else(|| {
+        let limit = config.radius * config.radius;
+        scratch.list_live(cloud, |point| distance_squared(point, &centre) <= limit)
+    });
     observer.neighbourhood(scratch.members.get(..count).unwrap_or(&[]));
     count
 }

@@ -3,7 +3,7 @@
 //! With the 12 bytes of the point itself a cloud costs 17 bytes a point. The capacity `N` is known here and nowhere
 //! below: [`Workspace`] owns, [`Scratch`] borrows, algorithms take slices.
 
-use crate::point::MAX_POINTS;
+use crate::{Point3, point::MAX_POINTS};
 
 /// Owns the buffers for clouds of up to `N` points. Place it on the stack or in a `static`.
 ///
@@ -59,5 +59,18 @@ impl<'a> Scratch<'a> {
     /// Points there is room for.
     pub fn capacity(&self) -> usize {
         self.order.len().min(self.members.len()).min(self.labels.len()).min(MAX_POINTS)
+    }
+
+    /// Lists the unclaimed points that satisfy `wanted` in `members`, ascending; returns how many. `O(n)`.
+    pub(crate) fn list_live(&mut self, cloud: &[Point3], wanted: impl Fn(&Point3) -> bool) -> usize {
+        let mut count = 0;
+        for ((index, point), &label) in cloud.iter().enumerate().zip(self.labels.iter()) {
+            // Written always and counted when wanted: no branch that the data decides.
+            if let Some(slot) = self.members.get_mut(count) {
+                *slot = index as u16;
+                count += usize::from((label == 0) & wanted(point));
+            }
+        }
+        count
     }
 }
