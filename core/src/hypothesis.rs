@@ -11,35 +11,30 @@ use crate::{
     linalg::{N, Symmetric9},
     point::at,
     prior::SizeTerm,
-    refine::{Estimate, Normal},
-    residual::{Noise, RayModel},
+    refine::{Estimate, Normal, Terms},
+    residual::{RayModel, Viewpoint},
 };
 
 /// Points of a hypothesis.
 pub const SAMPLE: usize = 8;
 /// Pull of the deviator towards the sphere, per point.
 pub const RIDGE: f32 = 0.03;
-/// Steps along the rays.
-pub const STEPS: usize = 4;
-
 /// Makes a hypothesis from sampled points; `seed` is the point the sample was drawn around.
-pub fn hypothesis(
+pub(crate) fn hypothesis(
     cloud: &[Point3],
-    sample: &[u16],
+    sample: &[u16; SAMPLE],
     seed: &Point3,
-    prior: &SizeTerm,
-    noise: &Noise,
-    steps: usize,
+    terms: &Terms,
+    steps: u8,
 ) -> Option<Estimate> {
-    let start = start(cloud, sample, seed, prior)?;
-    let mut estimate = start;
+    let mut estimate = start(cloud, sample, seed, &terms.prior, terms.viewpoint)?;
     for _ in 0..steps {
-        let model = RayModel::new(&estimate.ellipsoid(), noise);
+        let model = RayModel::new(&estimate.ellipsoid(), &terms.noise, terms.viewpoint);
         let mut normal = Normal::ZERO;
-        normal.add_prior(prior, &estimate.ln_axes);
+        normal.add_prior(&terms.prior, &estimate.ln_axes);
         for &index in sample {
             let contact = model.contact(&at(cloud, index));
-            normal.add_contact(&model, &contact, 1.0);
+            normal.add(&model.derivatives(contact.u), contact.value, 1.0 / contact.variance);
         }
         estimate = estimate.step(&normal)?;
     }
@@ -52,7 +47,13 @@ const E1: f32 = core::f32::consts::FRAC_1_SQRT_2;
 const E2: f32 = 0.408_248_3;
 
 /// Ridge fit, centre checked, axes by length, size of the prior.
-fn start(cloud: &[Point3], sample: &[u16], seed: &Point3, prior: &SizeTerm) -> Option<Estimate> {
+fn start(
+    cloud: &[Point3],
+    sample: &[u16; SAMPLE],
+    seed: &Point3,
+    prior: &SizeTerm,
+    viewpoint: Viewpoint,
+) -> Option<Estimate> {
     let short = libm::expf(prior.mean_ln[2]);
     let long = libm::expf(prior.mean_ln[0]);
     let scale = 1.0 / short;
@@ -102,7 +103,8 @@ fn start(cloud: &[Point3], sample: &[u16], seed: &Point3, prior: &SizeTerm) -> O
     let local = g.map(|x| -(x / determinant) * short);
     let depth = local[0] * v[0] + local[1] * v[1] + local[2] * v[2];
     let reach = local[0] * local[0] + local[1] * local[1] + local[2] * local[2];
-    let offset = if determinant > 0.0 && depth > 0.3 * short && depth < 1.2 * long && reach < long * long * 1.5 {
+    let behind = viewpoint == Viewpoint::None || (depth > 0.3 * short && depth < 1.2 * long);
+    let offset = if determinant > 0.0 && behind && reach < long * long * 1.5 {
         local
     } else {
         v.map(|x| x * short)

@@ -46,8 +46,12 @@
 //! `serde` and `defmt` add traits to public types. No feature changes a bit of a result.
 #![no_std]
 
+pub mod accept;
 mod config;
-pub mod hypothesis;
+pub mod covariance;
+mod hypothesis;
+mod map;
+pub mod outline;
 pub mod prior;
 pub mod refine;
 pub mod residual;
@@ -68,8 +72,8 @@ pub mod trials;
 mod varsac;
 mod workspace;
 
-pub use config::{Config, ConfigError, MAX_REFITS, MAX_SAMPLE, MAX_SIZES, MAX_TARGETS, MAX_TRIALS};
-pub use detect::{Detection, Detections, Detector, Finish, Step};
+pub use config::{Config, MapConfig, Method, ConfigError, MAX_REFITS, MAX_SAMPLE, MAX_SIZES, MAX_TARGETS, MAX_TRIALS};
+pub use detect::{Status, View, Detection, Detections, Detector, Finish, Step};
 pub use ellipsoid::Ellipsoid;
 pub use fit::Constraint;
 pub use observe::Observer;

@@ -7,8 +7,10 @@
 use crate::{
     Ellipsoid, Point3,
     linalg::{N, Symmetric9},
+    outline::{OutlineRay, OutlineSums},
+    point::at,
     prior::SizeTerm,
-    residual::{Contact, RayModel},
+    residual::{Noise, RayModel, Viewpoint},
 };
 
 /// A model on its way: centre, axes (rows, orthonormal, in the order of the prior) and logarithms of the semi-axes.
@@ -32,8 +34,9 @@ pub struct Normal {
 }
 
 /// Added to the diagonal of the rotations, rad^-2: turning a spheroid about its long axis changes nothing it can be
-/// measured by, and the step must not run away along it.
-const ROTATION_DAMPING: f32 = 1.0;
+/// measured by, and the step must not run away along it. `12 / pi^2`: the variance of an angle that is uniform over half
+/// a turn, so that in the covariance an undetermined twist is as uncertain as it can be.
+pub(crate) const ROTATION_INFORMATION: f32 = 1.216;
 /// Longest move of the centre in one step, in units of the shortest semi-axis.
 const CENTRE_LIMIT: f32 = 0.5;
 /// Largest turn in one step, rad.
@@ -55,12 +58,6 @@ impl Normal {
         }
     }
 
-    /// Adds a ray's contact.
-    #[inline]
-    pub fn add_contact(&mut self, model: &RayModel, contact: &Contact, weight: f32) {
-        self.add(&model.derivatives(contact.u), contact.value, weight / contact.variance);
-    }
-
     /// Adds the size prior.
     pub fn add_prior(&mut self, prior: &SizeTerm, ln_axes: &[f32; 3]) {
         let p = &prior.information;
@@ -72,6 +69,151 @@ impl Normal {
         for (i, j, value) in [(7, 6, p.xy), (8, 6, p.xz), (8, 7, p.yz)] {
             self.matrix.0[crate::linalg::packed(i, j)] += value;
         }
+    }
+}
+
+/// How the weight of a residual falls with its size.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Kernel {
+    /// Geman and McClure: `1 / (1 + f^2 / m^2)^2`; `m^2`.
+    GemanMcClure(f32),
+    /// Tukey: `(1 - f^2 / k^2)^2` below `k`, 0 above; `k^2`.
+    Tukey(f32),
+}
+
+/// Geman-McClure weights beyond this `f^2` are below a thousandth and not worth their arithmetic.
+const NEGLIGIBLE: f32 = 100.0;
+
+impl Kernel {
+    /// Twice the cost at `f^2`: `f^2` for small residuals, at most `m^2` and `k^2 / 3`.
+    pub(crate) fn cost(self, square: f32) -> f32 {
+        match self {
+            Self::GemanMcClure(m) => square / (1.0 + square / m),
+            Self::Tukey(k) => {
+                let left = if square < k { 1.0 - square / k } else { 0.0 };
+                (k / 3.0) * (1.0 - (left * left) * left)
+            }
+        }
+    }
+
+    /// The weight at `f^2`; nothing where it vanishes (NaN included).
+    #[inline(always)]
+    pub(crate) fn weight(self, square: f32) -> Option<f32> {
+        match self {
+            Self::GemanMcClure(m) => (square < NEGLIGIBLE).then(|| {
+                let k = 1.0 + square / m;
+                1.0 / (k * k)
+            }),
+            Self::Tukey(k) => (square < k).then(|| {
+                let left = 1.0 - square / k;
+                left * left
+            }),
+        }
+    }
+}
+
+/// What a model is fitted to.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Evidence<'a> {
+    pub(crate) cloud: &'a [Point3],
+    /// Points near the model, ascending.
+    pub(crate) members: &'a [u16],
+    /// A claimed point belongs to another fruit: it cannot lie on this one, but it can be seen beside it.
+    pub(crate) labels: &'a [u8],
+    pub(crate) outline: &'a [OutlineRay],
+}
+
+/// How it is fitted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Terms {
+    pub(crate) prior: SizeTerm,
+    pub(crate) noise: Noise,
+    pub(crate) viewpoint: Viewpoint,
+    /// A point further than this from the model's point along the ray is not on the model.
+    pub(crate) window_mm: f32,
+    /// Standard deviation of the displacement common to all outline rays.
+    pub(crate) offset_rad: f32,
+}
+
+/// `3^2`, Geman-McClure on outline rays.
+const OUTLINE_KERNEL: Kernel = Kernel::GemanMcClure(9.0);
+/// A ray that passes closer to the centre than half way does not ask the model to step aside.
+const DEEP: f32 = 0.25;
+
+impl Evidence<'_> {
+    pub(crate) fn is_live(&self, index: u16) -> bool {
+        self.labels.get(usize::from(index)) == Some(&0)
+    }
+
+    /// The normal equations at `estimate`: prior, points in order, outline rays in order, displacement eliminated.
+    ///
+    /// A live point within the window counts with its residual. A point further behind was seen past the model: where
+    /// its ray hits, it counts with the residual of the ray's closest approach, which pushes the outline aside.
+    pub(crate) fn normal(&self, estimate: &Estimate, terms: &Terms, kernel: Kernel) -> Normal {
+        let ellipsoid = estimate.ellipsoid();
+        let model = RayModel::new(&ellipsoid, &terms.noise, terms.viewpoint);
+        let mut normal = Normal::ZERO;
+        normal.add_prior(&terms.prior, &estimate.ln_axes);
+        for &index in self.members {
+            let mut contact = model.contact(&at(self.cloud, index));
+            if contact.gap_mm > terms.window_mm {
+                if !(contact.miss_squared > DEEP && contact.miss_squared < 1.0) {
+                    continue;
+                }
+                contact = model.beside(&contact);
+            } else if !(contact.gap_mm >= -terms.window_mm && self.is_live(index)) {
+                continue;
+            }
+            if let Some(weight) = kernel.weight(contact.square()) {
+                normal.add(&model.derivatives(contact.u), contact.value, weight / contact.variance);
+            }
+        }
+        if !self.outline.is_empty() {
+            let [long, _, short] = ellipsoid.semi_axes;
+            let mut sums = OutlineSums::new(terms.offset_rad);
+            for ray in self.outline {
+                if let Some(touch) = ray.touch(&model, short, long, terms.noise.axial_mm)
+                    && let Some(weight) = OUTLINE_KERNEL.weight(touch.square())
+                {
+                    sums.add(&mut normal, &model, &touch, weight);
+                }
+            }
+            sums.eliminate(&mut normal);
+        }
+        normal
+    }
+}
+
+impl Evidence<'_> {
+    /// Twice the cost at `estimate`, over the same terms as [`Self::normal`].
+    pub(crate) fn cost(&self, estimate: &Estimate, terms: &Terms, kernel: Kernel) -> f32 {
+        let ellipsoid = estimate.ellipsoid();
+        let model = RayModel::new(&ellipsoid, &terms.noise, terms.viewpoint);
+        let mut cost = terms.prior.cost(&estimate.ln_axes);
+        for &index in self.members {
+            let mut contact = model.contact(&at(self.cloud, index));
+            if contact.gap_mm > terms.window_mm {
+                if !(contact.miss_squared < 1.0) {
+                    continue;
+                }
+                contact = model.beside(&contact);
+            } else if !self.is_live(index) {
+                continue;
+            } else if !(contact.gap_mm >= -terms.window_mm) {
+                cost += kernel.cost(NEGLIGIBLE);
+                continue;
+            }
+            cost += kernel.cost(contact.square());
+        }
+        if !self.outline.is_empty() {
+            let [long, _, short] = ellipsoid.semi_axes;
+            for ray in self.outline {
+                if let Some(touch) = ray.touch(&model, short, long, terms.noise.axial_mm) {
+                    cost += OUTLINE_KERNEL.cost(touch.square());
+                }
+            }
+        }
+        cost
     }
 }
 
@@ -92,11 +234,36 @@ impl Estimate {
         Ellipsoid { centre: Point3::new(x, y, z), semi_axes: self.ln_axes.map(libm::expf), axes: self.axes }
     }
 
+    /// The ellipsoid with its semi-axes sorted and the sign rule of [`Ellipsoid`] applied, and for each of them its index
+    /// here. Orthonormalised again: thirty small turns leave a few roundings.
+    pub fn sorted(&self) -> (Ellipsoid, [usize; 3]) {
+        let sizes = self.ln_axes.map(libm::expf);
+        let mut order = [0, 1, 2];
+        for (i, j) in [(0, 1), (1, 2), (0, 1)] {
+            if sizes[order[j]] > sizes[order[i]] {
+                order.swap(i, j);
+            }
+        }
+        let [x, y, z] = self.centre;
+        let [a, b, c] = order.map(|k| self.axes[k]);
+        let a = unit(a);
+        let along = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let b = unit([b[0] - along * a[0], b[1] - along * a[1], b[2] - along * a[2]]);
+        let axes = crate::ellipsoid::right_handed([a, b, c]);
+        let [a, b, _] = axes;
+        let ellipsoid = Ellipsoid {
+            centre: Point3::new(x, y, z),
+            semi_axes: order.map(|k| sizes[k]),
+            axes: [a, b, cross(a, b)],
+        };
+        (ellipsoid, order)
+    }
+
     /// Solves the normal equations and moves. `None` when they are singular or the step is not finite.
     pub fn step(&self, normal: &Normal) -> Option<Self> {
         let mut matrix = normal.matrix;
         for k in 3..6 {
-            matrix.add_diagonal(k, ROTATION_DAMPING);
+            matrix.add_diagonal(k, ROTATION_INFORMATION);
         }
         let solution = matrix.factor()?.solve(&normal.gradient);
         let d = solution.map(|x| -x);
@@ -142,4 +309,9 @@ fn turned(axes: &[[f32; 3]; 3], r: [f32; 3]) -> [[f32; 3]; 3] {
 
 fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+fn unit(v: [f32; 3]) -> [f32; 3] {
+    let size = libm::sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    v.map(|x| x / size)
 }

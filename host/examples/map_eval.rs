@@ -1,219 +1,181 @@
 //! Measures the default search on seeded one-sided views.
 use rayon::prelude::*;
 use std::time::Instant;
-use varsac_core::hypothesis::{SAMPLE, hypothesis};
-use varsac_core::kdtree;
-use varsac_core::prior::{SizePrior, SizeTerm};
-use varsac_core::refine::{Estimate, Normal};
-use varsac_core::residual::{Noise, RayModel};
-use varsac_core::rng::Stream;
-use varsac_core::visibility::{self, Evidence, Support, judge, support};
-use varsac_core::Point3;
+use varsac_core::accept::{Refusal, RefusalCode};
+use varsac_core::{Config, Detection, Detector, MapConfig, Method, Point3, Status, View, Workspace};
+use varsac_core::prior::SizePrior;
+use varsac_host::outline::outline_rays;
 use varsac_host::synth::onesided::*;
-use varsac_host::synth::shapes::{dot, length, minus};
+use varsac_host::synth::shapes::{V3, dot, length, minus};
 
-#[derive(Clone, Copy)]
-pub struct P {
-    hyp: usize, radius: f32, steps: usize, keep: usize, rsteps: usize, window: f32, fsteps: usize, noise: Noise, reach: f32,
-    mu: f32, oracle: usize, gam: f32, fs: f32, fsl: f32,
-    fprune: usize,
-}
-impl Default for P {
-    fn default() -> Self {
-        P { hyp: 60, radius: 20.0, steps: 4, keep: 5, rsteps: 12, window: 8.0, fsteps: 8, noise: Noise { axial_mm: 1.0, lateral_rad: 0.001 }, reach: 27.0, mu: 2.0, oracle: 0, gam: 1e9, fs: 0.0, fsl: 1.0, fprune: 0 }
-    }
-}
-struct Found { est: Estimate, support: Support, second: f32 }
-
-fn refine(cloud: &[Point3], members: &[u16], start: Estimate, prior: &SizeTerm, noise: &Noise, steps: usize, window: f32, mu: f32, tukey: bool, p: &P) -> Option<Estimate> {
-    let mut e = start;
-    for _ in 0..steps {
-        let model = RayModel::new(&e.ellipsoid(), noise);
-        let mut normal = Normal::ZERO;
-        normal.add_prior(prior, &e.ln_axes);
-        for &i in members {
-            let mut c = model.contact(&cloud[i as usize]);
-            let mut weight = 1.0;
-            let range = e.centre[2];
-            let mut g2 = c.gap * range / p.gam; g2 *= g2;
-            if c.gap > window || c.gap < -window {
-                if p.fs > 0.0 && c.gap > window && c.miss_squared < 1.0 { c = model.passing(&cloud[i as usize]); c.variance *= p.fsl * p.fsl; weight = p.fs; g2 = 0.0; }
-                else { continue; } }
-            let f2 = c.value * c.value / c.variance + g2;
-            let w = if tukey {
-                let k = f2 / (mu * mu); if k >= 1.0 { continue } else { (1.0 - k) * (1.0 - k) }
-            } else { let k = 1.0 + f2 / (mu * mu); 1.0 / (k * k) };
-            normal.add_contact(&model, &c, w * weight);
-        }
-        let n = e.step(&normal)?;
-        e = n;
-    }
-    Some(e)
-}
-
-fn search(cloud: &[Point3], order: &[u16], live: &[u16], prior: &SizeTerm, p: &P, stream: &mut Stream) -> Option<Found> {
-    let mut members = vec![0u16; cloud.len()];
-    let mut kept: Vec<(Estimate, Support)> = vec![];
-    for _ in 0..p.hyp {
-        let s = live[stream.below(live.len() as u32) as usize];
-        let seed = cloud[s as usize];
-        let n = kdtree::within(cloud, order, &seed, p.radius, &mut members);
-        let mut sample = [0u16; SAMPLE];
-        if !stream.sample(n as u32, &mut sample) { continue; }
-        for i in &mut sample { *i = members[*i as usize]; }
-        let Some(e) = hypothesis(cloud, &sample, &seed, prior, &p.noise, p.steps) else { continue };
-        let Some(sc) = score(cloud, order, &e, p, prior, &mut members, f32::NEG_INFINITY) else { continue };
-        insert(&mut kept, e, sc, p.keep);
-    }
-    let mut best: Option<(Estimate, Support)> = None;
-    let mut all = vec![];
-    for (e, _) in kept {
-        let c = Point3::new(e.centre[0], e.centre[1], e.centre[2]);
-        let n = kdtree::within(cloud, order, &c, p.reach, &mut members);
-        let win = p.window / length(e.centre.map(f64::from)) as f32;
-        let Some(e) = refine(cloud, &members[..n], e, prior, &p.noise, p.rsteps, win * 2.0, p.mu, false, p) else { continue };
-        let Some(sc) = score(cloud, order, &e, p, prior, &mut members, f32::NEG_INFINITY) else { continue };
-        all.push((e, sc));
-        if best.is_none_or(|(_, b)| sc.score > b.score) { best = Some((e, sc)); }
-    }
-    let (e, sc) = best?;
-    let second = all.iter().filter(|(o, _)| { let d = length(minus(o.centre.map(f64::from), e.centre.map(f64::from))); d > 3.0 && d < 18.0 }).map(|(_, s)| s.score).fold(0.0, f32::max);
-    // final
-    let c = Point3::new(e.centre[0], e.centre[1], e.centre[2]);
-    let n = kdtree::within(cloud, order, &c, p.reach, &mut members);
-    let win = p.window / length(e.centre.map(f64::from)) as f32;
-    let model = RayModel::new(&e.ellipsoid(), &p.noise);
-    let mut f: Vec<f32> = members[..n].iter().filter_map(|&i| { let c = model.contact(&cloud[i as usize]); match judge(&c, win) { Evidence::Explained(s) => Some(s), _ => None } }).collect();
-    f.sort_by(f32::total_cmp);
-    let med = if f.is_empty() { 1.0 } else { f[f.len() / 2] };
-    let scale = (med.sqrt() / 0.6745 * 1.05).clamp(0.35, 2.0);
-    let noise = Noise { axial_mm: p.noise.axial_mm * scale, lateral_rad: p.noise.lateral_rad * scale };
-    let e = refine(cloud, &members[..n], e, prior, &noise, p.fsteps, win, 4.0, true, p).unwrap_or(e);
-    Some(Found { est: e, support: sc, second })
-}
-fn score(cloud: &[Point3], order: &[u16], e: &Estimate, p: &P, prior: &SizeTerm, members: &mut [u16], floor: f32) -> Option<Support> {
-    let c = Point3::new(e.centre[0], e.centre[1], e.centre[2]);
-    let n = kdtree::within(cloud, order, &c, p.reach, members);
-    let model = RayModel::new(&e.ellipsoid(), &p.noise);
-    let win = p.window / length(e.centre.map(f64::from)) as f32;
-    let mut s = support(cloud, &members[..n], &model, win, floor)?;
-    s.score -= prior.cost(&e.ln_axes) / visibility::CUT;
-    Some(s)
-}
-fn insert(kept: &mut Vec<(Estimate, Support)>, e: Estimate, s: Support, keep: usize) {
-    // distinct: centres further than 4 mm or axes differ by > 20 deg
-    let near = |o: &Estimate| {
-        let d = length(minus(o.centre.map(f64::from), e.centre.map(f64::from)));
-        let a = axis_angle_deg(o.axes[0].map(f64::from), e.axes[0].map(f64::from));
-        d < 3.0 && a < 20.0
-    };
-    if let Some(k) = kept.iter().position(|(o, _)| near(o)) {
-        if kept[k].1.score < s.score { kept[k] = (e, s); }
-    } else { kept.push((e, s)); }
-    kept.sort_by(|a, b| b.1.score.total_cmp(&a.1.score));
-    kept.truncate(keep);
-}
+#[derive(Clone)]
+struct Setup { config: Config, outline: bool, n: u64, base: u64, mask_grow: i64, mask_shift: (i64, i64), repeat: u32, dump: bool, targets: Option<u8>, thin: usize }
 
 #[derive(Clone, Default)]
-struct Row { found: bool, centre: f64, rms_c: f64, rms_s: f64, axis: f64, outliers: f64, points: usize, ms: f64, start: f64, dz: f64, da: f64, db: f64, dc: f64 }
+struct Row { found: bool, centre: f64, rms_c: f64, rms_s: f64, axis: f64, outliers: f64, points: usize, us: f64, accepted: bool, maha: f64, maha_s: f64, maha_r: f64,
+    code: Option<RefusalCode>, false_accepts: u32, detections: u32, wrong_accepts: u32, dz: f64, ds: V3, seed: u64, visible: f64, short: f64, rays: usize, accepted_total: u32, dist: f64 }
 
-fn run(family: &Family, seed: u64, p: &P, prior: &SizeTerm) -> Row {
-    let scene = Scene::new(family, seed);
-    let mask = scene.mask.clone();
-    let (points, _inside) = scene.cloud(&mask);
-    let cloud: Vec<Point3> = points.iter().map(|q| Point3::new(q[0], q[1], q[2])).collect();
-    let Some(truth) = scene.fruit.first() else { return Row::default() };
-    let on = points.iter().filter(|q| { let o = minus(q.map(f64::from), truth.pose.centre); let s: f64 = (0..3).map(|k| (dot(truth.pose.axes[k], o) / truth.semi_axes_mm[k]).powi(2)).sum(); s.sqrt() < 1.25 && s.sqrt() > 0.75 }).count();
-    let clock = Instant::now();
-    let mut order: Vec<u16> = (0..cloud.len() as u16).collect();
-    kdtree::build(&cloud, &mut order);
-    let mut live: Vec<u16> = (0..cloud.len() as u16).collect();
-    let mut stream = Stream::new(seed);
-    let mut best: Option<Found> = None;
-    let mut bd = 1e9;
-    if p.oracle > 0 {
-        let e = Estimate { centre: truth.pose.centre.map(|x| x as f32), axes: truth.pose.axes.map(|a| a.map(|x| x as f32)), ln_axes: truth.semi_axes_mm.map(|x| (x as f32).ln()) };
-        let mem: Vec<u16> = if p.oracle == 1 { live.clone() } else {
-            live.iter().copied().filter(|&i| { let q = points[i as usize]; let w = &scene.patch.window; let u = (q[0] / q[2] * 365.456).round() as i64 - w.left; let v = (q[1] / q[2] * 365.456).round() as i64 - w.top; scene.patch.owner.get(u, v) == Some(1) }).collect() };
-        let noise = if p.oracle == 3 { Noise { axial_mm: scene.sensor.axial_mm as f32, lateral_rad: (scene.sensor.lateral_px as f32 + 0.1) / 365.0 } } else { p.noise };
-        let e = refine(&cloud, &mem, e, prior, &noise, 15, p.window / e.centre[2], if p.oracle == 1 { p.mu } else { 6.0 }, p.oracle != 1, p).unwrap();
-        best = Some(Found { est: e, support: Support::default(), second: 0.0 });
-    } else { for t in 0..scene.fruit.len() {
-        let mut o2 = live.clone();
-        kdtree::build(&cloud, &mut o2);
-        if live.len() < 20 { break; }
-        let Some(f) = search(&cloud, &o2, &live, prior, p, &mut stream) else { break };
-        let d = length(minus(f.est.centre.map(f64::from), truth.pose.centre));
-        let model = RayModel::new(&f.est.ellipsoid(), &p.noise);
-        live.retain(|&i| !matches!(judge(&model.contact(&cloud[i as usize]), 0.02), Evidence::Explained(_)));
-        if d < bd { bd = d; best = Some(f); }
-        let _ = t;
-    } }
-    let ms = clock.elapsed().as_secs_f64() * 1e3 / scene.fruit.len() as f64;
-    let Some(f) = best else { return Row { outliers: 1.0 - on as f64 / points.len().max(1) as f64, points: points.len(), ms, ..Row::default() } };
-    let e = f.est;
-    let mut c = minus(e.centre.map(f64::from), truth.pose.centre);
-    let centre = length(c);
-    for x in &mut c { *x = x.abs(); }
-    let mut s: Vec<f64> = e.ln_axes.iter().map(|&l| f64::from(l).exp()).collect();
-    s.sort_by(|a, b| b.total_cmp(a));
-    let mut t = truth.semi_axes_mm; t.sort_by(|a, b| b.total_cmp(a));
-    let rs = (0..3).map(|k| (s[k] - t[k]).abs()).sum::<f64>() / 3.0;
-    let raw = minus(e.centre.map(f64::from), truth.pose.centre);
-    let dz = dot(raw, truth.pose.centre) / length(truth.pose.centre);
-    let axis = axis_angle_deg(e.axes[0].map(f64::from), truth.pose.axes[0]);
-    Row { found: true, centre, rms_c: (c[0] + c[1] + c[2]) / 3.0, rms_s: rs, axis, outliers: 1.0 - on as f64 / points.len() as f64, points: points.len(), ms, start: 0.0, dz, da: s[0] - t[0], db: s[1] - t[1], dc: s[2] - t[2] }
+fn errors(d: &Detection, t: &Truth) -> (f64, V3) {
+    let c = [d.ellipsoid.centre.x, d.ellipsoid.centre.y, d.ellipsoid.centre.z].map(f64::from);
+    let e = minus(c, t.pose.centre);
+    (length(e), e)
 }
 
-fn quantile(v: &mut Vec<f64>, q: f64) -> f64 { if v.is_empty() { return f64::NAN } v.sort_by(f64::total_cmp); v[((v.len() - 1) as f64 * q) as usize] }
+/// x^T C^-1 x for a 3x3 block.
+fn mahalanobis(cov: &[[f32; 9]; 9], at: usize, x: V3) -> f64 {
+    let m = nalgebra::Matrix3::from_fn(|i, j| f64::from(cov[at + i][at + j]));
+    let v = nalgebra::Vector3::from(x);
+    m.try_inverse().map_or(f64::NAN, |inv| (v.transpose() * inv * v)[0])
+}
 
-fn report(family: &Family, n: u64, p: &P, prior: &SizeTerm, base: u64) {
-    let rows: Vec<Row> = (0..n).into_par_iter().map(|s| run(family, base + s, p, prior)).collect();
+fn run(family: &Family, seed: u64, s: &Setup, detector: &Detector) -> Row {
+    let scene = Scene::new(family, seed);
+    let mask = scene.mask_with(s.mask_grow, s.mask_shift);
+    let (points, in_mask) = scene.cloud(&mask);
+    let cloud: Vec<Point3> = points.iter().map(|q| Point3::new(q[0], q[1], q[2])).collect();
+    let w = scene.patch.window;
+    let f = scene.sensor.focal_px;
+    let mut outline = if s.outline { outline_rays(&scene.patch.depth, &mask, f, |u, v| [(w.left as f64 + u) / f, (w.top as f64 + v) / f], 10.0) } else { vec![] };
+    if s.thin > 0 && outline.len() > s.thin { let n = outline.len(); outline = (0..s.thin).map(|k| outline[k * n / s.thin]).collect(); }
+    let view = View { cloud: &cloud, in_mask: if s.outline { in_mask } else { cloud.len() }, outline: &outline };
+    let mut workspace = Box::new(Workspace::<8192>::new());
+    let mut detections: Vec<Detection> = vec![];
+    let mut us = f64::MAX;
+    for _ in 0..s.repeat {
+        let clock = Instant::now();
+        detections = detector.detect_view(&view, workspace.scratch(), seed).unwrap().collect();
+        us = us.min(clock.elapsed().as_secs_f64() * 1e6);
+    }
+    let mut row = Row { points: points.len(), us: us / detections.len().max(1) as f64, detections: detections.len() as u32, seed, rays: outline.len(), ..Row::default() };
+    let accepted = |d: &&Detection| matches!(d.status, Status::Accepted);
+    row.accepted_total = detections.iter().filter(accepted).count() as u32;
+    // an accepted detection is right if within 5 mm of some true fruit
+    for d in detections.iter().filter(accepted) {
+        if !scene.fruit.iter().any(|t| errors(d, t).0 < 5.0) { row.wrong_accepts += 1; }
+    }
+    let Some(truth) = scene.fruit.first() else { row.false_accepts = row.accepted_total; return row };
+    row.visible = truth.visible;
+    row.dist = length(truth.pose.centre);
+    let on = points.iter().filter(|q| { let o = minus(q.map(f64::from), truth.pose.centre); let l: f64 = (0..3).map(|k| (dot(truth.pose.axes[k], o) / truth.semi_axes_mm[k]).powi(2)).sum(); (l.sqrt() - 1.0).abs() < 0.25 }).count();
+    row.outliers = 1.0 - on as f64 / points.len().max(1) as f64;
+    let Some(d) = detections.iter().min_by(|a, b| errors(a, truth).0.total_cmp(&errors(b, truth).0)) else { return row };
+    row.found = true;
+    let (centre, e) = errors(d, truth);
+    row.centre = centre;
+    row.rms_c = (e[0].abs() + e[1].abs() + e[2].abs()) / 3.0;
+    row.dz = dot(e, truth.pose.centre) / length(truth.pose.centre);
+    let mut t = truth.semi_axes_mm; t.sort_by(|a, b| b.total_cmp(a));
+    row.short = t[2];
+    for k in 0..3 { row.ds[k] = f64::from(d.ellipsoid.semi_axes[k]) - t[k]; }
+    row.rms_s = row.ds.iter().map(|x| x.abs()).sum::<f64>() / 3.0;
+    row.axis = axis_angle_deg(d.ellipsoid.axes[0].map(f64::from), truth.pose.axes[0]);
+    row.accepted = matches!(d.status, Status::Accepted);
+    if let Status::Refused(Refusal { code, .. }) = d.status { row.code = Some(code); }
+    if let Some(c) = &d.covariance {
+        let r = c.rows();
+        row.maha = mahalanobis(&r, 0, e);
+        row.maha_s = mahalanobis(&r, 3, row.ds);
+        let a = d.ellipsoid.axes[0].map(f64::from);
+        let mut ta = truth.pose.axes[0]; if dot(a, ta) < 0.0 { ta = ta.map(|x| -x); }
+        // long axis: project rotation covariance perpendicular to a: 2-dof test in the plane b, c
+        let (b, cc) = (d.ellipsoid.axes[1].map(f64::from), d.ellipsoid.axes[2].map(f64::from));
+        // a turned by w: a + w x a ; component along b: w.(a x b) = w.c ; along c: w.(a x c) = -w.b
+        let rot = nalgebra::Matrix3::from_fn(|i, j| f64::from(r[6 + i][6 + j]));
+        let (vb, vc) = (nalgebra::Vector3::from(cc), -nalgebra::Vector3::from(b));
+        let m = nalgebra::Matrix2::new((vb.transpose() * rot * vb)[0], (vb.transpose() * rot * vc)[0], (vc.transpose() * rot * vb)[0], (vc.transpose() * rot * vc)[0]);
+        let x = nalgebra::Vector2::new(dot(ta, b), dot(ta, cc));
+        row.maha_r = m.try_inverse().map_or(f64::NAN, |inv| (x.transpose() * inv * x)[0]);
+    }
+    if s.dump && (row.centre > 5.0 || !row.accepted) {
+        println!("seed {seed} centre {:.1} axis {:.1} vis {:.2} z {:.0} pts {} rays {} {:?} {:?}", row.centre, row.axis, row.visible, row.dist, row.points, row.rays, d.status, d.findings);
+    }
+    row
+}
+
+fn quantile(v: &mut [f64], q: f64) -> f64 { if v.is_empty() { return f64::NAN } v.sort_by(f64::total_cmp); v[((v.len() - 1) as f64 * q) as usize] }
+
+fn report(family: &Family, s: &Setup) {
+    let mut config = s.config.clone();
+    config.max_targets = s.targets.unwrap_or(if family.neighbour > 0.0 { 2 } else { 1 });
+    config.max_failures = 1;
+    let detector = Detector::new(config).unwrap();
+    let rows: Vec<Row> = (0..s.n).into_par_iter().map(|k| run(family, s.base + k, s, &detector)).collect();
+    let n = rows.len() as f64;
+    let accepted_all: u32 = rows.iter().map(|r| r.accepted_total).sum();
+    let wrong: u32 = rows.iter().map(|r| r.wrong_accepts).sum();
+    let mean = |f: &dyn Fn(&Row) -> f64| rows.iter().map(f).sum::<f64>() / n;
+    let mut t: Vec<f64> = rows.iter().map(|r| r.us).collect();
+    if rows.iter().all(|r| r.visible == 0.0) {
+        let fa = rows.iter().filter(|r| r.false_accepts > 0).count();
+        println!("{:12} decoys n {n:5} accepted {:.4} | pts {:.0} us {:.0}", family.name, fa as f64 / n, mean(&|r| r.points as f64), quantile(&mut t, 0.5));
+        return;
+    }
     let found: Vec<&Row> = rows.iter().filter(|r| r.found).collect();
     let good: Vec<&&Row> = found.iter().filter(|r| r.centre < 5.0).collect();
-    let rms = |f: &dyn Fn(&Row) -> f64| (good.iter().map(|r| f(r) * f(r)).sum::<f64>() / good.len() as f64).sqrt();
+    let g = good.len() as f64;
+    let rms = |f: &dyn Fn(&Row) -> f64| (good.iter().map(|r| f(r) * f(r)).sum::<f64>() / g).sqrt();
+    let gm = |f: &dyn Fn(&Row) -> f64| good.iter().map(|r| f(r)).sum::<f64>() / g;
     let mut c: Vec<f64> = found.iter().map(|r| r.centre).collect();
     let mut a: Vec<f64> = found.iter().map(|r| r.axis).collect();
-    let mean = |f: &dyn Fn(&Row) -> f64| rows.iter().map(f).sum::<f64>() / rows.len() as f64;
-    let gm = |f: &dyn Fn(&Row) -> f64| good.iter().map(|r| f(r)).sum::<f64>() / good.len() as f64;
-    println!("   bias dz {:.3} da {:.3} db {:.3} dc {:.3}  rms dz {:.3} da {:.3} db {:.3} dc {:.3}", gm(&|r| r.dz), gm(&|r| r.da), gm(&|r| r.db), gm(&|r| r.dc), rms(&|r| r.dz), rms(&|r| r.da), rms(&|r| r.db), rms(&|r| r.dc));
-    println!("{:10} n {:5} <5mm {:.3} | rmsc {:.3} rmss {:.3} rmsaxis {:.2} | centre {:.2}/{:.2} p99 {:.2} axis {:.2}/{:.2} | out {:.2} pts {:.0} ms {:.2}",
-        family.name, n, good.len() as f64 / rows.len() as f64, rms(&|r| r.rms_c), rms(&|r| r.rms_s), rms(&|r| r.axis),
-        quantile(&mut c, 0.5), quantile(&mut c, 0.9), quantile(&mut c, 0.99), quantile(&mut a, 0.5), quantile(&mut a, 0.9), mean(&|r| r.outliers), mean(&|r| r.points as f64), mean(&|r| r.ms));
+    let acc: Vec<&&Row> = found.iter().filter(|r| r.accepted).collect();
+    let cover = |f: &dyn Fn(&Row) -> f64, lim: f64| acc.iter().filter(|r| f(r) < lim).count() as f64 / acc.len().max(1) as f64;
+    let bad = found.iter().filter(|r| r.centre > r.short).count();
+    println!("{:12} n {n:5} <5mm {:.4} >short {:.4} | rmsc {:.3} rmss {:.3} rmsax {:.2} | centre {:.2}/{:.2}/{:.2} axis {:.2}/{:.2} | acc {:.3} wrong {:.4} ({wrong}/{accepted_all}) cov c {:.3} s {:.3} ax {:.3}",
+        family.name, g / n, bad as f64 / n, rms(&|r| r.rms_c), rms(&|r| r.rms_s), rms(&|r| r.axis),
+        quantile(&mut c, 0.5), quantile(&mut c, 0.9), quantile(&mut c, 0.99), quantile(&mut a, 0.5), quantile(&mut a, 0.9),
+        acc.len() as f64 / n, f64::from(wrong) / f64::from(accepted_all.max(1)), cover(&|r| r.maha, 7.815), cover(&|r| r.maha_s, 7.815), cover(&|r| r.maha_r, 5.991));
+    let mut codes = std::collections::BTreeMap::new();
+    for r in found.iter().filter_map(|r| r.code) { *codes.entry(format!("{r:?}")).or_insert(0) += 1; }
+    println!("      bias dz {:.2} ds {:.2} {:.2} {:.2} | out {:.2} pts {:.0} rays {:.0} us {:.0}/{:.0} | {:?}", gm(&|r| r.dz), gm(&|r| r.ds[0]), gm(&|r| r.ds[1]), gm(&|r| r.ds[2]), mean(&|r| r.outliers), mean(&|r| r.points as f64), mean(&|r| r.rays as f64), quantile(&mut t.clone(), 0.5), quantile(&mut t, 0.9), codes);
 }
 
 fn main() {
-    let mut p = P::default();
-    let mut n = 1000;
-    let mut base = 0;
+    let mut s = Setup { config: Config { method: Method::Map, map: MapConfig::JUJUBE, ..Config::jujube() }, outline: false, n: 1000, base: 0, mask_grow: 0, mask_shift: (0, 0), repeat: 1, dump: false, targets: None, thin: 0 };
     let mut names: Vec<String> = vec![];
     for arg in std::env::args().skip(1) {
-        if let Some((k, v)) = arg.split_once('=') {
-            match k {
-                "n" => n = v.parse().unwrap(),
-                "base" => base = v.parse().unwrap(),
-                "gam" => p.gam = v.parse().unwrap(), "fs" => p.fs = v.parse().unwrap(), "fsl" => p.fsl = v.parse().unwrap(),
-                "oracle" => p.oracle = v.parse().unwrap(),
-                "hyp" => p.hyp = v.parse().unwrap(),
-                "radius" => p.radius = v.parse().unwrap(),
-                "steps" => p.steps = v.parse().unwrap(),
-                "keep" => p.keep = v.parse().unwrap(),
-                "rsteps" => p.rsteps = v.parse().unwrap(),
-                "fsteps" => p.fsteps = v.parse().unwrap(),
-                "window" => p.window = v.parse().unwrap(),
-                "reach" => p.reach = v.parse().unwrap(),
-                "mu" => p.mu = v.parse().unwrap(),
-                "ax" => p.noise.axial_mm = v.parse().unwrap(),
-                "lat" => p.noise.lateral_rad = v.parse().unwrap(),
-                _ => panic!("{k}"),
-            }
-        } else { names.push(arg); }
+        let Some((k, v)) = arg.split_once('=') else { names.push(arg); continue };
+        let m = &mut s.config.map;
+        let f = || v.parse::<f32>().unwrap();
+        let u = || v.parse::<u16>().unwrap();
+        match k {
+            "n" => s.n = v.parse().unwrap(),
+            "base" => s.base = v.parse().unwrap(),
+            "outline" => s.outline = u() > 0,
+            "grow" => s.mask_grow = v.parse().unwrap(),
+            "shift" => s.mask_shift = (v.parse().unwrap(), 0),
+            "repeat" => s.repeat = v.parse().unwrap(),
+            "dump" => s.dump = true,
+            "targets" => s.targets = Some(u() as u8),
+            "thin" => s.thin = v.parse().unwrap(),
+            "hyp" => m.hypotheses = u(),
+            "hsteps" => m.hypothesis_steps = u() as u8,
+            "keep" => m.kept = u() as u8,
+            "rsteps" => m.refine_steps = u() as u8,
+            "fsteps" => m.final_steps = u() as u8,
+            "ax" => m.noise.axial_mm = f(),
+            "lat" => m.noise.lateral_rad = f(),
+            "off" => m.outline_offset_px = f(),
+            "inf" => m.inflation.factor = f(),
+            "infc" => m.inflation.centre_mm = f(),
+            "infr" => m.inflation.rotation_rad = f(),
+            "infs" => m.inflation.size = f(),
+            "spread" => m.prior = SizePrior { spread: [f(); 3], ..SizePrior::JUJUBE },
+            "gsize" => m.gate.size_conflict = f(),
+            "gamb" => m.gate.ambiguous = f(),
+            "gout" => m.gate.outline = f(),
+            "gvis" => m.gate.visible = f(),
+            "gcol" => m.gate.colour = f(),
+            "gunc" => m.gate.uncertain_mm = f(),
+            "gflat" => m.gate.flat = f(),
+            "gthr" => m.gate.through = f(),
+            _ => panic!("{k}"),
+        }
     }
-    let prior = SizePrior::JUJUBE.term();
-    let hard3 = Family { name: "hard3", rays: 3, ..HARD };
-    let clean3 = Family { name: "clean3", rays: 3, ..CLEAN };
-    let orch3 = Family { name: "orch3", rays: 3, ..ORCHARD };
-    for f in [CLEAN, clean3, HARD, hard3, OCCLUDED, ORCHARD, orch3] {
-        if names.is_empty() || names.iter().any(|x| x == f.name) { report(&f, n, &p, &prior, base); }
+    let families = [CLEAN, Family { name: "clean3", rays: 3, ..CLEAN }, HARD, Family { name: "hard3", rays: 3, ..HARD }, OCCLUDED, Family { name: "occluded3", rays: 3, ..OCCLUDED }, ORCHARD, Family { name: "orchard3", rays: 3, ..ORCHARD },
+        HARD.of("hard2.5", boxy_jujube(2.5)), HARD.of("hard3.0", boxy_jujube(3.0)), ORCHARD.of("orch2.5", boxy_jujube(2.5)), ORCHARD.of("orch3.0", boxy_jujube(3.0)), HARD.of("varied", VARIED_JUJUBE),
+        Family { neighbour: 0.0, ..ORCHARD.of("d.ball", Subject::Ball(10.0, 17.0)) }, Family { neighbour: 0.0, ..ORCHARD.of("d.apple", Subject::Ball(32.0, 42.0)) }, Family { neighbour: 0.0, ..ORCHARD.of("d.disc", Subject::Disc) }, Family { neighbour: 0.0, ..ORCHARD.of("d.branch", Subject::Branch(6.0, 12.0)) },
+        Family { neighbour: 0.0, ..ORCHARD }.decoy("d.0.7x", scaled_jujube(0.7)), Family { neighbour: 0.0, ..ORCHARD }.decoy("d.1.3x", scaled_jujube(1.3))];
+    for f in families {
+        if names.is_empty() || names.iter().any(|x| f.name == x || (x.ends_with('*') && f.name.starts_with(x.trim_end_matches('*')))) { report(&f, &s); }
     }
 }

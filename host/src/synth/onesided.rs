@@ -45,6 +45,8 @@ pub struct Family {
     pub name: &'static str,
     /// What is in the middle.
     pub subject: Subject,
+    /// True when the subject is not the fruit that is looked for: the scene has no truth.
+    pub decoy: bool,
     /// Distance of its centre from the camera, mm.
     pub distance_mm: (f64, f64),
     /// Axial noise, mm.
@@ -75,6 +77,7 @@ pub struct Family {
 pub const CLEAN: Family = Family {
     name: "clean",
     subject: JUJUBE,
+    decoy: false,
     distance_mm: (500.0, 900.0),
     axial_mm: (0.4, 0.6),
     slant: 0.0,
@@ -93,6 +96,7 @@ pub const CLEAN: Family = Family {
 pub const HARD: Family = Family {
     name: "hard",
     subject: JUJUBE,
+    decoy: false,
     distance_mm: (600.0, 1200.0),
     axial_mm: (0.4, 1.5),
     slant: 1.0,
@@ -133,6 +137,11 @@ impl Family {
     /// The same family with another subject.
     pub const fn of(self, name: &'static str, subject: Subject) -> Self {
         Self { name, subject, ..self }
+    }
+
+    /// The same family with a subject that must not be taken for the fruit, whatever it is.
+    pub const fn decoy(self, name: &'static str, subject: Subject) -> Self {
+        Self { name, subject, decoy: true, ..self }
     }
 }
 
@@ -230,7 +239,8 @@ impl Scene {
         let patch = record(&bodies, &sensor, window, &mut draws);
         let mask = colour_mask(&patch, &bodies, &mut draws);
         let fruit = (0..bodies.len()).filter_map(|k| truth(&bodies, k)).collect::<Vec<_>>();
-        let fruit = if matches!(family.subject, Subject::Fruit { .. }) { fruit } else { Vec::new() };
+        let wanted = !family.decoy && matches!(family.subject, Subject::Fruit { .. });
+        let fruit = if wanted { fruit } else { Vec::new() };
         let margin_px = libm::rint(range(&mut draws, family.margin_px)) as i64;
         Self { patch, sensor, bodies, fruit, mask, margin_px }
     }
