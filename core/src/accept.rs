@@ -12,8 +12,10 @@ use crate::{Ellipsoid, jacobi::Symmetric3};
 pub enum RefusalCode {
     /// Fewer points explained than the limit.
     FewPoints,
-    /// The points want another size than the prior: twice the gain in log-likelihood if the size is set free.
+    /// The points want another size than the prior allows: a chi-squared of three degrees of freedom.
     SizeConflict,
+    /// The view does not tell the size: relative standard deviation of the whole size from the view alone.
+    SizeUnknown,
     /// Another fit a little aside explains nearly as much: its share of the score.
     Ambiguous,
     /// The outline does not fit: mean of `min(|f|, 3)` over the outline rays.
@@ -56,6 +58,8 @@ pub struct Gate {
     pub min_points: u16,
     /// Upper limit of [`RefusalCode::SizeConflict`].
     pub size_conflict: f32,
+    /// Upper limit of [`RefusalCode::SizeUnknown`].
+    pub size_unknown: f32,
     /// Upper limit of [`RefusalCode::Ambiguous`].
     pub ambiguous: f32,
     /// Upper limit of [`RefusalCode::Outline`], where there are at least six rays.
@@ -79,6 +83,7 @@ impl Gate {
     pub const BALANCED: Self = Self {
         min_points: 20,
         size_conflict: 10.0,
+        size_unknown: 0.115,
         ambiguous: 0.94,
         outline: 1.0,
         visible: 0.40,
@@ -99,8 +104,10 @@ pub struct Findings {
     pub explained: u16,
     /// Points seen through.
     pub through: u16,
-    /// Twice the gain in log-likelihood with the size set free.
+    /// Conflict of the view with the size prior, chi-squared of three degrees of freedom.
     pub size_conflict: f32,
+    /// Relative standard deviation of the whole size as the view alone tells it.
+    pub size_sigma: f32,
     /// Score of the best rival over the score.
     pub rival: f32,
     /// Outline rays that can be the model's.
@@ -117,6 +124,8 @@ pub struct Findings {
     pub flat: f32,
     /// Contact function with the nearest target found before; infinite without one.
     pub separation: f32,
+    /// Points near the model that it does not explain, over those it does.
+    pub clutter: f32,
 }
 
 /// Outline rays needed for the outline test.
@@ -130,6 +139,7 @@ impl Gate {
         let through = f32::from(f.through) / f32::from(f.explained).max(1.0);
         below(RefusalCode::FewPoints, f32::from(f.explained), f32::from(self.min_points))
             .or_else(|| above(RefusalCode::SizeConflict, f.size_conflict, self.size_conflict))
+            .or_else(|| above(RefusalCode::SizeUnknown, f.size_sigma, self.size_unknown))
             .or_else(|| above(RefusalCode::Ambiguous, f.rival, self.ambiguous))
             .or_else(|| {
                 if f.outline_rays < MIN_OUTLINE { None } else { above(RefusalCode::Outline, f.outline, self.outline) }

@@ -118,7 +118,7 @@ impl MapConfig {
         kept: 5,
         refine_steps: 12,
         final_steps: 8,
-        inflation: Inflation { factor: 1.6, centre_mm: 0.35, rotation_rad: 0.03, size: 0.03 },
+        inflation: Inflation { base: 0.75, per_conflict: 0.2, per_clutter: 5.0 },
         gate: Gate::BALANCED,
     };
 }

@@ -1,8 +1,10 @@
 //! How sure: the 9x9 covariance of centre, semi-axes and attitude.
 //!
 //! The inverse of the normal matrix at the solution is the covariance if the residuals are independent and the model
-//! is right. Neither is quite true (neighbouring pixels share errors, fruit are no ellipsoids), so it is inflated:
-//! `C = inflation H^-1 + diag(floor^2)`, with factors calibrated on synthetic views (see `core/docs/numerics-map.md`).
+//! is right. Where that is less than true it shows: fruit that are no ellipsoids pull against the size prior, and points
+//! that lie near the model without fitting it are somebody else's, some of whose neighbours fit by chance. So
+//! `C = (base + per_conflict q + per_clutter m) H^-1`, with `q` the size conflict ([`crate::size`]) and `m` the number of
+//! near but unexplained points over the explained ones; the three factors are calibrated on synthetic views.
 //! The twist of a spheroid, which nothing determines, carries the variance of a uniform angle.
 
 use crate::{
@@ -19,19 +21,17 @@ use crate::{
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Covariance([[f32; N]; N.div_ceil(2)]);
 
-/// Inflation of the inverse, and what is added to the deviations of centre (mm), rotation (rad) and sizes (relative).
+/// Factors of the inflation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Inflation {
-    /// Factor on `H^-1`.
-    pub factor: f32,
-    /// Floor of each component of the centre, mm.
-    pub centre_mm: f32,
-    /// Floor of each component of the rotation, rad.
-    pub rotation_rad: f32,
-    /// Floor of each semi-axis, relative.
-    pub size: f32,
+    /// Factor on `H^-1` where nothing is wrong.
+    pub base: f32,
+    /// Added for each unit of size conflict.
+    pub per_conflict: f32,
+    /// Added for as many near but unexplained points as explained ones.
+    pub per_clutter: f32,
 }
 
 impl Covariance {
@@ -77,7 +77,7 @@ pub(crate) fn covariance(
     estimate: &Estimate,
     ellipsoid: &Ellipsoid,
     order: [usize; 3],
-    inflation: &Inflation,
+    inflation: f32,
 ) -> Option<Covariance> {
     let mut matrix = normal.matrix;
     for k in 3..6 {
@@ -86,12 +86,7 @@ pub(crate) fn covariance(
     let inverse = matrix.factor()?.inverse();
     let mut body = Symmetric9::ZERO;
     for (target, source) in body.0.iter_mut().zip(inverse.0) {
-        *target = inflation.factor * source;
-    }
-    for k in 0..3 {
-        body.add_diagonal(k, inflation.centre_mm * inflation.centre_mm);
-        body.add_diagonal(3 + k, inflation.rotation_rad * inflation.rotation_rad);
-        body.add_diagonal(6 + k, inflation.size * inflation.size);
+        *target = inflation * source;
     }
     // y = T x: centre and rotation from the body's axes into the frame of the cloud (the turn of the axes is the
     // reverse of the turn of the coordinates, hence the sign), logarithms into millimetres.

@@ -55,6 +55,7 @@ pub mod outline;
 pub mod prior;
 pub mod refine;
 pub mod residual;
+mod size;
 pub mod visibility;
 mod detect;
 mod ellipsoid;

@@ -16,12 +16,14 @@ use crate::{
     covariance::{Covariance, covariance},
     detect::View,
     hypothesis::{SAMPLE, hypothesis},
+    jacobi::{Symmetric3, eigen},
     kdtree,
     point::at,
     prior::{SizePrior, SizeTerm},
     refine::{Estimate, Evidence, Kernel, Terms},
-    residual::RayModel,
+    residual::{Noise, RayModel},
     rng::Stream,
+    size::size_evidence,
     visibility::{CUT, Sight, Support, predicted_pixels, sight},
     workspace::Scratch,
 };
@@ -313,8 +315,7 @@ impl MapSearch {
         self.report.support =
             Score { inliers: u32::from(best.support.explained), candidates: u32::from(best.support.explained) + u32::from(best.support.through) };
         let evidence = self.gather(view, scratch, &best.estimate);
-        let scale = noise_scale(&evidence, &best.estimate, &self.terms);
-        let terms = Terms { noise: self.terms.noise.scaled(scale), ..self.terms };
+        let terms = Terms { noise: shown_noise(&evidence, &best.estimate, &self.terms), ..self.terms };
         self.stage = Stage::Final { estimate: best.estimate, terms, steps: 0 };
         Progress::Working
     }
@@ -325,10 +326,11 @@ impl MapSearch {
         let next = estimate.step(&normal);
         let moved = next.unwrap_or(*estimate);
         let settled = next.is_none() || distance_squared(&moved, estimate) < SETTLED_SQUARED;
-        self.stage = if settled || steps + 1 >= config.map.final_steps {
+        self.stage = if settled && steps > 2 || steps + 1 >= config.map.final_steps {
             Stage::Loose { best: moved, terms: *terms, free: moved, steps: 0 }
         } else {
-            Stage::Final { estimate: moved, terms: *terms, steps: steps + 1 }
+            let terms = if steps == 1 { Terms { noise: shown_noise(&evidence, &moved, &self.terms), ..self.terms } } else { *terms };
+            Stage::Final { estimate: moved, terms, steps: steps + 1 }
         };
     }
 
@@ -355,26 +357,32 @@ impl MapSearch {
             self.stage = Stage::Loose { best: *best, terms: *terms, free: moved, steps };
             return Progress::Working;
         }
-        let conflict = evidence.cost(best, terms, FINAL_KERNEL) - evidence.cost(free, &loose, FINAL_KERNEL);
         let normal = evidence.normal(best, terms, FINAL_KERNEL);
+        let without = evidence.normal(free, &loose, FINAL_KERNEL);
+        let size =
+            size_evidence(&normal, &best.ln_axes, &without, &free.ln_axes, &terms.prior, &self.loose);
         let (ellipsoid, order) = best.sorted();
-        let covariance = covariance(&normal, best, &ellipsoid, order, &config.map.inflation);
         let Some(support) = evidence.support(best, &self.terms, f32::NEG_INFINITY) else { return Progress::Nothing };
         let (outline_rays, outline) = outline_fit(&evidence, &ellipsoid, terms);
-        let (flat, outside) = shape_of_points(&evidence, &ellipsoid, &self.terms, view.in_mask);
+        let points = shape_of_points(&evidence, &ellipsoid, &self.terms, view.in_mask);
+        let by = &config.map.inflation;
+        let inflation = by.base + by.per_conflict * size.conflict + by.per_clutter * points.clutter;
+        let covariance = covariance(&normal, best, &ellipsoid, order, inflation);
         let explained = f32::from(support.explained);
         let findings = Findings {
             explained: support.explained,
             through: support.through,
-            size_conflict: conflict,
+            size_conflict: size.conflict,
+            size_sigma: size.sigma,
             rival: self.rival,
             outline_rays,
             outline,
             visible: explained / predicted_pixels(&ellipsoid, config.map.pixel_rad),
-            colour: if support.explained == 0 { 0.0 } else { outside / explained },
+            colour: points.outside,
             sigma_mm: covariance.map_or(f32::INFINITY, |c| c.sigma_centre_max_mm()),
-            flat,
+            flat: points.flat,
             separation: f32::INFINITY,
+            clutter: points.clutter,
         };
         Progress::Found(Solution { ellipsoid, covariance, findings, terms: self.terms, support })
     }
@@ -412,41 +420,71 @@ const BINS_PER_SIGMA: f32 = 25.6;
 /// Median of |f| of a standard normal variable cut at 2.5.
 const MEDIAN_SIGMA: f32 = 0.664;
 /// Range of the scale: the camera is not ten times better than it says, and at three times worse there is no shape.
-const SCALE: (f32, f32) = (0.35, 2.0);
+const SCALE: (f32, f32) = (0.2, 2.0);
+/// Weight of the assumption, in points.
+const ASSUMED: f32 = 6.0;
 
-/// Ratio of the scatter of the explained points to the assumed noise: median of |f| by a histogram, linear within the bin.
-fn noise_scale(evidence: &Evidence<'_>, estimate: &Estimate, terms: &Terms) -> f32 {
-    let model = RayModel::new(&estimate.ellipsoid(), &terms.noise, terms.viewpoint);
-    let mut bins = [0_u16; BINS];
-    let mut count = 0_u16;
-    for &index in evidence.members {
-        if evidence.is_live(index)
-            && let Sight::Explained(square) = sight(&model.contact(&at(evidence.cloud, index)), terms.window_mm)
-            && let Some(bin) = bins.get_mut((libm::sqrtf(square) * BINS_PER_SIGMA) as usize)
-        {
+/// |f| of explained points, counted in bins.
+struct Scatter {
+    bins: [u16; BINS],
+    count: u16,
+}
+
+impl Scatter {
+    const EMPTY: Self = Self { bins: [0; BINS], count: 0 };
+
+    fn add(&mut self, square: f32) {
+        if let Some(bin) = self.bins.get_mut((libm::sqrtf(square) * BINS_PER_SIGMA) as usize) {
             *bin += 1;
-            count += 1;
+            self.count += 1;
         }
     }
-    let half = 0.5 * f32::from(count);
-    let mut below = 0.0;
-    let mut median = 0.0;
-    for (k, &bin) in bins.iter().enumerate() {
-        let next = below + f32::from(bin);
-        if next >= half && bin > 0 {
-            median = (k as f32 + (half - below) / f32::from(bin)) / BINS_PER_SIGMA;
-            break;
+
+    /// Ratio to the assumed noise: the median, linear within its bin, drawn towards 1 as if ten points had said so.
+    fn scale(&self) -> f32 {
+        let count = f32::from(self.count);
+        let half = 0.5 * count;
+        let mut below = 0.0;
+        let mut median = 0.0;
+        for (k, &bin) in self.bins.iter().enumerate() {
+            let next = below + f32::from(bin);
+            if next >= half && bin > 0 {
+                median = (k as f32 + (half - below) / f32::from(bin)) / BINS_PER_SIGMA;
+                break;
+            }
+            below = next;
         }
-        below = next;
+        let scale = (count * (median / MEDIAN_SIGMA) + ASSUMED) / (count + ASSUMED);
+        if scale < SCALE.0 {
+            SCALE.0
+        } else if scale > SCALE.1 {
+            SCALE.1
+        } else {
+            scale
+        }
     }
-    let scale = median / MEDIAN_SIGMA;
-    if scale < SCALE.0 {
-        SCALE.0
-    } else if scale > SCALE.1 {
-        SCALE.1
-    } else {
-        scale
+}
+
+/// The noise that the residuals of a fit show: along the rays from points seen frontally, across them from those near the rim.
+fn shown_noise(evidence: &Evidence<'_>, estimate: &Estimate, terms: &Terms) -> Noise {
+    let model = RayModel::new(&estimate.ellipsoid(), &terms.noise, terms.viewpoint);
+    let (mut axial, mut lateral) = (Scatter::EMPTY, Scatter::EMPTY);
+    for &index in evidence.members {
+        if !evidence.is_live(index) {
+            continue;
+        }
+        let contact = model.contact(&at(evidence.cloud, index));
+        if let Sight::Explained(square) = sight(&contact, terms.window_mm) {
+            let share = model.lateral_share(&contact);
+            if share < 0.4 {
+                axial.add(square);
+            } else if share > 0.6 {
+                lateral.add(square);
+            }
+        }
     }
+    let (axial, lateral) = (axial.scale(), lateral.scale());
+    Noise { axial_mm: terms.noise.axial_mm * axial, lateral_rad: terms.noise.lateral_rad * lateral }
 }
 
 /// Outline rays that can be the model's, and the mean of `min(|f|, 3)` over them.
@@ -465,25 +503,39 @@ fn outline_fit(evidence: &Evidence<'_>, ellipsoid: &Ellipsoid, terms: &Terms) ->
     (count, if count == 0 { 0.0 } else { sum / f32::from(count) })
 }
 
-/// Of the explained points: rms distance from their best plane over the rms distance from the model, and how many lie
-/// outside the mask.
-fn shape_of_points(evidence: &Evidence<'_>, ellipsoid: &Ellipsoid, terms: &Terms, in_mask: usize) -> (f32, f32) {
+/// What the points near a model look like.
+struct PointShape {
+    /// Rms distance of the explained points from their best plane over their rms distance from the model.
+    flat: f32,
+    /// Share of the explained points outside the mask.
+    outside: f32,
+    /// Points near the model that it does not explain, over those it does.
+    clutter: f32,
+}
+
+/// Unexplained points count as near within twice the window and `f^2 < 100`.
+const CLUTTER_CUT: f32 = 100.0;
+
+fn shape_of_points(evidence: &Evidence<'_>, ellipsoid: &Ellipsoid, terms: &Terms, in_mask: usize) -> PointShape {
     let model = RayModel::new(ellipsoid, &terms.noise, terms.viewpoint);
     let c = ellipsoid.centre;
-    let (mut n, mut outside, mut model_sum) = (0.0_f32, 0.0_f32, 0.0_f32);
+    let near_mm = 2.0 * terms.window_mm;
+    let (mut n, mut outside, mut near, mut model_sum) = (0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
     let mut sum = [0.0_f32; 3];
-    let mut square = crate::jacobi::Symmetric3::default();
+    let mut square = Symmetric3::default();
     for &index in evidence.members {
-        let p = at(evidence.cloud, index);
-        let contact = model.contact(&p);
-        let Sight::Explained(_) = sight(&contact, terms.window_mm) else { continue };
         if !evidence.is_live(index) {
             continue;
         }
+        let p = at(evidence.cloud, index);
+        let contact = model.contact(&p);
+        let Sight::Explained(_) = sight(&contact, terms.window_mm) else {
+            let close = contact.gap_mm < near_mm && contact.gap_mm > -near_mm;
+            near += if close && contact.square() < CLUTTER_CUT { 1.0 } else { 0.0 };
+            continue;
+        };
         n += 1.0;
-        if usize::from(index) >= in_mask {
-            outside += 1.0;
-        }
+        outside += if usize::from(index) >= in_mask { 1.0 } else { 0.0 };
         model_sum += (contact.value * contact.value) / model.gradient_squared(contact.u);
         let (x, y, z) = (p.x - c.x, p.y - c.y, p.z - c.z);
         sum[0] += x;
@@ -496,11 +548,11 @@ fn shape_of_points(evidence: &Evidence<'_>, ellipsoid: &Ellipsoid, terms: &Terms
         square.xz += x * z;
         square.yz += y * z;
     }
-    if n < 4.0 {
-        return (0.0, outside);
+    if n < 1.0 {
+        return PointShape { flat: 0.0, outside: 0.0, clutter: 0.0 };
     }
     let [x, y, z] = sum.map(|s| s / n);
-    let scatter = crate::jacobi::Symmetric3 {
+    let scatter = Symmetric3 {
         xx: square.xx / n - x * x,
         yy: square.yy / n - y * y,
         zz: square.zz / n - z * z,
@@ -508,9 +560,9 @@ fn shape_of_points(evidence: &Evidence<'_>, ellipsoid: &Ellipsoid, terms: &Terms
         xz: square.xz / n - x * z,
         yz: square.yz / n - y * z,
     };
-    let plane = crate::jacobi::eigen(&scatter).values[0];
-    let ratio = plane / (model_sum / n);
-    (if ratio > 0.0 { libm::sqrtf(ratio) } else { 0.0 }, outside)
+    let ratio = eigen(&scatter).values[0] / (model_sum / n);
+    let flat = if ratio > 0.0 { libm::sqrtf(ratio) } else { 0.0 };
+    PointShape { flat, outside: outside / n, clutter: near / n }
 }
 
 /// True when the point lies on the model: explained under the assumed noise.

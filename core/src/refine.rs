@@ -85,17 +85,6 @@ pub(crate) enum Kernel {
 const NEGLIGIBLE: f32 = 100.0;
 
 impl Kernel {
-    /// Twice the cost at `f^2`: `f^2` for small residuals, at most `m^2` and `k^2 / 3`.
-    pub(crate) fn cost(self, square: f32) -> f32 {
-        match self {
-            Self::GemanMcClure(m) => square / (1.0 + square / m),
-            Self::Tukey(k) => {
-                let left = if square < k { 1.0 - square / k } else { 0.0 };
-                (k / 3.0) * (1.0 - (left * left) * left)
-            }
-        }
-    }
-
     /// The weight at `f^2`; nothing where it vanishes (NaN included).
     #[inline(always)]
     pub(crate) fn weight(self, square: f32) -> Option<f32> {
@@ -181,39 +170,6 @@ impl Evidence<'_> {
             sums.eliminate(&mut normal);
         }
         normal
-    }
-}
-
-impl Evidence<'_> {
-    /// Twice the cost at `estimate`, over the same terms as [`Self::normal`].
-    pub(crate) fn cost(&self, estimate: &Estimate, terms: &Terms, kernel: Kernel) -> f32 {
-        let ellipsoid = estimate.ellipsoid();
-        let model = RayModel::new(&ellipsoid, &terms.noise, terms.viewpoint);
-        let mut cost = terms.prior.cost(&estimate.ln_axes);
-        for &index in self.members {
-            let mut contact = model.contact(&at(self.cloud, index));
-            if contact.gap_mm > terms.window_mm {
-                if !(contact.miss_squared < 1.0) {
-                    continue;
-                }
-                contact = model.beside(&contact);
-            } else if !self.is_live(index) {
-                continue;
-            } else if !(contact.gap_mm >= -terms.window_mm) {
-                cost += kernel.cost(NEGLIGIBLE);
-                continue;
-            }
-            cost += kernel.cost(contact.square());
-        }
-        if !self.outline.is_empty() {
-            let [long, _, short] = ellipsoid.semi_axes;
-            for ray in self.outline {
-                if let Some(touch) = ray.touch(&model, short, long, terms.noise.axial_mm) {
-                    cost += OUTLINE_KERNEL.cost(touch.square());
-                }
-            }
-        }
-        cost
     }
 }
 

@@ -71,6 +71,8 @@ pub struct RayModel {
     lateral: f32,
     /// `|c|`, mm.
     range: f32,
+    /// `1 / |c|^2`.
+    inverse_range_squared: f32,
     viewpoint: Viewpoint,
 }
 
@@ -141,6 +143,7 @@ impl RayModel {
             axial,
             lateral,
             range: libm::sqrtf(range_squared),
+            inverse_range_squared: 1.0 / range_squared,
             viewpoint,
         }
     }
@@ -184,7 +187,9 @@ impl RayModel {
             let u = [e[0] - half * q[0], e[1] - half * q[1], e[2] - half * q[2]];
             let slope = dot(u, q);
             let gap = half - nearest;
-            let variance = self.axial * (slope * slope) + self.lateral * self.gradient_squared(u);
+            let along = slope * slope;
+            let across = self.gradient_squared(u) - along * self.inverse_range_squared;
+            let variance = self.axial * along + self.lateral * if across > 0.0 { across } else { 0.0 };
             Contact { u, e, miss_squared, value: gap * slope, variance, gap_mm: gap * self.range }
         } else {
             let size = libm::sqrtf(miss_squared);
@@ -211,6 +216,12 @@ impl RayModel {
         let u = contact.e.map(|x| x / size);
         let variance = self.lateral * self.gradient_squared(u);
         Contact { u, value: size - 1.0, variance, ..*contact }
+    }
+
+    /// The part of the contact's variance that comes from noise across the ray, 0..=1.
+    pub(crate) fn lateral_share(&self, contact: &Contact) -> f32 {
+        let slope = if contact.miss_squared < 1.0 { contact.value / (contact.gap_mm / self.range) } else { 0.0 };
+        1.0 - self.axial * (slope * slope) / contact.variance
     }
 
     /// Derivatives of `F` at `u`: centre (body frame, per mm), rotation (body frame, per rad), logarithms of the

@@ -303,8 +303,8 @@ fn subject(subject: &Subject, centre: V3, draws: &mut Draws) -> Body {
     let axes = draws.rotation();
     let shape = match *subject {
         Subject::Fruit { mean_mm, sd_long, sd_short, sd_ratio, exponent } => {
-            // Truncated at two standard deviations, so that every fruit is within the prior.
-            let mut bounded = |sd: f64| sd * draws.normal().clamp(-2.0, 2.0);
+            // Truncated at three standard deviations, so that every fruit is within the prior.
+            let mut bounded = |sd: f64| sd * draws.normal().clamp(-3.0, 3.0);
             let (long, short, ratio) = (bounded(sd_long), bounded(sd_short), bounded(sd_ratio));
             // Where the size varies as a whole, length and thickness vary together.
             let short = if sd_long > 0.1 { long + 0.3 * short } else { short };
