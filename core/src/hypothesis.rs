@@ -9,6 +9,7 @@ use crate::{
     Point3,
     jacobi::{self, Symmetric3},
     linalg::{N, Symmetric9},
+    moments::Moments,
     point::at,
     prior::SizeTerm,
     refine::{Estimate, Normal, Terms},
@@ -30,12 +31,13 @@ pub(crate) fn hypothesis(
     let mut estimate = start(cloud, sample, seed, &terms.prior, terms.viewpoint)?;
     for _ in 0..steps {
         let model = RayModel::new(&estimate.ellipsoid(), &terms.noise, terms.viewpoint);
-        let mut normal = Normal::ZERO;
-        normal.add_prior(&terms.prior, &estimate.ln_axes);
+        let mut moments = Moments::ZERO;
         for &index in sample {
             let contact = model.contact(&at(cloud, index));
-            normal.add(&model.derivatives(contact.u), contact.value, 1.0 / contact.variance);
+            moments.add(contact.u, contact.value, 1.0 / contact.variance);
         }
+        let mut normal = Normal::new(&moments, &model.constants());
+        normal.add_prior(&terms.prior, &estimate.ln_axes);
         estimate = estimate.step(&normal)?;
     }
     Some(estimate)

@@ -51,6 +51,7 @@ mod config;
 pub mod covariance;
 mod hypothesis;
 mod map;
+mod moments;
 pub mod outline;
 pub mod prior;
 pub mod refine;

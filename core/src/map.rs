@@ -21,7 +21,7 @@ use crate::{
     point::at,
     prior::{SizePrior, SizeTerm},
     refine::{Estimate, Evidence, Kernel, Terms},
-    residual::{Noise, RayModel},
+    residual::{Noise, RayModel, dot},
     rng::Stream,
     size::size_evidence,
     visibility::{CUT, Sight, Support, predicted_pixels, sight},
@@ -92,6 +92,10 @@ const WINDOW: f32 = 0.55;
 /// 20 degrees are one.
 const SAME_CENTRE: f32 = 0.28;
 const SAME_AXIS: f32 = 0.94;
+/// A candidate within this of one already refined (centre in units of the shortest semi-axis, cosine of the long axes)
+/// ends there too.
+const MERGED_CENTRE: f32 = 0.1;
+const MERGED_AXIS: f32 = 0.985;
 /// Rivals are further than this from the best (units of the shortest semi-axis) and nearer than that (same).
 const RIVAL: (f32, f32) = (0.28, 1.65);
 /// `2^2` and `4^2`.
@@ -250,7 +254,7 @@ impl MapSearch {
         let near = SAME_CENTRE * self.short;
         let same = |old: &Candidate| {
             distance_squared(&old.estimate, &new.estimate) < near * near
-                && libm::fabsf(crate::residual::dot(old.estimate.axes[0], new.estimate.axes[0])) > SAME_AXIS
+                && libm::fabsf(dot(old.estimate.axes[0], new.estimate.axes[0])) > SAME_AXIS
         };
         if let Some(position) = self.kept.iter().position(same) {
             if self.kept[position].support.score >= new.support.score {
@@ -276,7 +280,18 @@ impl MapSearch {
         let normal = evidence.normal(&estimate, &self.terms, REFINE_KERNEL);
         let next = estimate.step(&normal);
         let moved = next.unwrap_or(estimate);
-        let settled = next.is_none() || distance_squared(&moved, &estimate) < SETTLED_SQUARED;
+        // On its way to where another one has already been: no need to go there twice.
+        let near = MERGED_CENTRE * self.short;
+        let merged = self.kept.iter().take(usize::from(candidate)).any(|other| {
+            distance_squared(&other.estimate, &moved) < near * near
+                && libm::fabsf(dot(other.estimate.axes[0], moved.axes[0])) > MERGED_AXIS
+        });
+        if merged {
+            self.kept.remove(usize::from(candidate));
+            self.stage = Stage::Refine { candidate, steps: 0 };
+            return Progress::Working;
+        }
+        let settled = next.is_none() || distance_squared(&moved, &estimate) < REFINED_SQUARED;
         let last = settled || steps + 1 >= config.map.refine_steps;
         let support = if last {
             evidence.support(&moved, &self.terms, f32::NEG_INFINITY).unwrap_or(support)
@@ -388,11 +403,15 @@ impl MapSearch {
     }
 }
 
+/// Below this many points a look at each of them is the quicker way.
+const SMALL_CLOUD: usize = 600;
+
 /// Lists all points within `radius` of `centre` in `scratch.members`, ascending; returns how many. By the tree where
 /// they are few, by looking at every point where sorting them would cost more: the list is the same.
 fn list_within(cloud: &[Point3], scratch: &mut Scratch<'_>, centre: &Point3, radius: f32) -> usize {
     let tree = scratch.order.get(..cloud.len()).unwrap_or(&[]);
-    let few = scratch.members.get_mut(..cloud.len() / 8).unwrap_or(&mut []);
+    let room = if cloud.len() < SMALL_CLOUD { 0 } else { cloud.len() / 8 };
+    let few = scratch.members.get_mut(..room).unwrap_or(&mut []);
     kdtree::within(cloud, tree, centre, radius, few).unwrap_or_else(|| {
         let limit = radius * radius;
         let mut count = 0;
@@ -406,12 +425,13 @@ fn list_within(cloud: &[Point3], scratch: &mut Scratch<'_>, centre: &Point3, rad
     })
 }
 
-/// A step of the centre shorter than this ends a refinement: a hundredth of a millimetre.
-const SETTLED_SQUARED: f32 = 1e-4;
+/// A step of the centre shorter than this (mm, squared) ends the refinement of a candidate, and of the best.
+const REFINED_SQUARED: f32 = 0.01;
+const SETTLED_SQUARED: f32 = 4e-4;
 
 fn distance_squared(a: &Estimate, b: &Estimate) -> f32 {
     let d = [a.centre[0] - b.centre[0], a.centre[1] - b.centre[1], a.centre[2] - b.centre[2]];
-    crate::residual::dot(d, d)
+    dot(d, d)
 }
 
 const BINS: usize = 64;

@@ -13,6 +13,7 @@
 use crate::{
     Point3,
     linalg::N,
+    moments::Moments,
     refine::Normal,
     residual::{RayModel, dot},
 };
@@ -88,39 +89,42 @@ impl Touch {
     }
 }
 
-/// The rays' share of normal equations, the common displacement still in it.
+/// What couples the rays' common displacement to the nine parameters.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct OutlineSums {
+pub(crate) struct Displacement {
     /// `H_dd`.
     information: f32,
-    /// `H_d theta`.
+    /// `H_d theta` without the constants of the model.
     coupling: [f32; N],
     /// `g_d`.
     gradient: f32,
 }
 
-impl OutlineSums {
+impl Displacement {
     /// Only the prior of the displacement, standard deviation `offset_rad`.
     pub(crate) fn new(offset_rad: f32) -> Self {
         Self { information: 1.0 / (offset_rad * offset_rad), coupling: [0.0; N], gradient: 0.0 }
     }
 
-    /// Adds one ray with weight `w`.
-    pub(crate) fn add(&mut self, normal: &mut Normal, model: &RayModel, touch: &Touch, weight: f32) {
-        let derivatives = model.derivatives(touch.u);
+    /// Adds one ray with weight `w`; its share of the nine parameters goes to the moments.
+    pub(crate) fn add(&mut self, moments: &mut Moments, touch: &Touch, weight: f32) {
         let precision = weight / touch.sigma_squared;
-        normal.add(&derivatives, touch.value, precision / touch.leverage_squared);
+        moments.add(touch.u, touch.value, precision / touch.leverage_squared);
         let lever = precision / libm::sqrtf(touch.leverage_squared);
         self.information += precision;
-        for k in 0..N {
-            self.coupling[k] -= lever * derivatives[k];
+        let [x, y, z] = touch.u;
+        for (sum, phi) in self.coupling.iter_mut().zip([x, y, z, y * z, z * x, x * y, x * x, y * y, z * z]) {
+            *sum -= lever * phi;
         }
         self.gradient -= lever * touch.value;
     }
 
-    /// Eliminates the displacement: `H - h h^T / H_dd`, `g - h g_d / H_dd`.
-    pub(crate) fn eliminate(&self, normal: &mut Normal) {
-        let inverse = -(1.0 / self.information);
-        normal.add(&self.coupling, self.gradient, inverse);
+    /// Eliminates the displacement: `H - h h^T / H_dd`, `g - h g_d / H_dd`; `s` are the constants of the model.
+    pub(crate) fn eliminate(&self, normal: &mut Normal, s: &[f32; N]) {
+        let mut row = self.coupling;
+        for k in 0..N {
+            row[k] *= s[k];
+        }
+        normal.add(&row, self.gradient, -(1.0 / self.information));
     }
 }

@@ -7,7 +7,8 @@
 use crate::{
     Ellipsoid, Point3,
     linalg::{N, Symmetric9},
-    outline::{OutlineRay, OutlineSums},
+    moments::Moments,
+    outline::{Displacement, OutlineRay},
     point::at,
     prior::SizeTerm,
     residual::{Noise, RayModel, Viewpoint},
@@ -47,6 +48,12 @@ const SIZE_LIMIT: f32 = 0.3;
 impl Normal {
     /// No information.
     pub const ZERO: Self = Self { matrix: Symmetric9::ZERO, gradient: [0.0; N] };
+
+    /// From moments and the constants of the model.
+    pub(crate) fn new(moments: &Moments, constants: &[f32; N]) -> Self {
+        let (matrix, gradient) = moments.normal(constants);
+        Self { matrix, gradient }
+    }
 
     /// Adds one residual `F` with weight `w / var`.
     #[inline]
@@ -134,15 +141,14 @@ impl Evidence<'_> {
         self.labels.get(usize::from(index)) == Some(&0)
     }
 
-    /// The normal equations at `estimate`: prior, points in order, outline rays in order, displacement eliminated.
+    /// The normal equations at `estimate`: points in order, outline rays in order, displacement eliminated, prior.
     ///
     /// A live point within the window counts with its residual. A point further behind was seen past the model: where
     /// its ray hits, it counts with the residual of the ray's closest approach, which pushes the outline aside.
     pub(crate) fn normal(&self, estimate: &Estimate, terms: &Terms, kernel: Kernel) -> Normal {
         let ellipsoid = estimate.ellipsoid();
         let model = RayModel::new(&ellipsoid, &terms.noise, terms.viewpoint);
-        let mut normal = Normal::ZERO;
-        normal.add_prior(&terms.prior, &estimate.ln_axes);
+        let mut moments = Moments::ZERO;
         for &index in self.members {
             let mut contact = model.contact(&at(self.cloud, index));
             if contact.gap_mm > terms.window_mm {
@@ -154,21 +160,24 @@ impl Evidence<'_> {
                 continue;
             }
             if let Some(weight) = kernel.weight(contact.square()) {
-                normal.add(&model.derivatives(contact.u), contact.value, weight / contact.variance);
+                moments.add(contact.u, contact.value, weight / contact.variance);
             }
         }
+        let [long, _, short] = ellipsoid.semi_axes;
+        let mut displacement = Displacement::new(terms.offset_rad);
+        for ray in self.outline {
+            if let Some(touch) = ray.touch(&model, short, long, terms.noise.axial_mm)
+                && let Some(weight) = OUTLINE_KERNEL.weight(touch.square())
+            {
+                displacement.add(&mut moments, &touch, weight);
+            }
+        }
+        let constants = model.constants();
+        let mut normal = Normal::new(&moments, &constants);
         if !self.outline.is_empty() {
-            let [long, _, short] = ellipsoid.semi_axes;
-            let mut sums = OutlineSums::new(terms.offset_rad);
-            for ray in self.outline {
-                if let Some(touch) = ray.touch(&model, short, long, terms.noise.axial_mm)
-                    && let Some(weight) = OUTLINE_KERNEL.weight(touch.square())
-                {
-                    sums.add(&mut normal, &model, &touch, weight);
-                }
-            }
-            sums.eliminate(&mut normal);
+            displacement.eliminate(&mut normal, &constants);
         }
+        normal.add_prior(&terms.prior, &estimate.ln_axes);
         normal
     }
 }

@@ -18,7 +18,7 @@
 //! division less, and a few per cent of a standard deviation do not matter.
 //!
 //! Derivatives at `u` in the parameters of [`crate::refine`]: `dF/dc = -g` (body frame),
-//! `dF/dr = (u2 u3 (b/c - c/b), u3 u1 (c/a - a/c), u1 u2 (a/b - b/a))`, `dF/d ln a_k = -u_k^2`.
+//! `dF/dr = (u2 u3 (b/c - c/b), u3 u1 (c/a - a/c), u1 u2 (a/b - b/a))`, `dF/d ln a_k = -u_k^2`: products of `u` and constants.
 //!
 //! Without a viewpoint (a complete surface from a scanner) there is no ray: `u = w / |w|`, `F = |w| - 1`, and all of
 //! the noise counts across the surface.
@@ -224,22 +224,11 @@ impl RayModel {
         1.0 - self.axial * (slope * slope) / contact.variance
     }
 
-    /// Derivatives of `F` at `u`: centre (body frame, per mm), rotation (body frame, per rad), logarithms of the
-    /// semi-axes.
-    #[inline(always)]
-    pub fn derivatives(&self, u: [f32; 3]) -> [f32; 9] {
-        let [i1, i2, i3] = self.inverse_axes;
+    /// The constants `s` of the derivatives `J_k = s_k phi_k(u)`, see [`crate::moments`]: centre (body frame, per mm),
+    /// rotation (body frame, per rad), logarithms of the semi-axes.
+    pub(crate) fn constants(&self) -> [f32; 9] {
+        let [ia, ib, ic] = self.inverse_axes;
         let [t1, t2, t3] = self.turning;
-        [
-            -(u[0] * i1),
-            -(u[1] * i2),
-            -(u[2] * i3),
-            (u[1] * u[2]) * t1,
-            (u[2] * u[0]) * t2,
-            (u[0] * u[1]) * t3,
-            -(u[0] * u[0]),
-            -(u[1] * u[1]),
-            -(u[2] * u[2]),
-        ]
+        [-ia, -ib, -ic, t1, t2, t3, -1.0, -1.0, -1.0]
     }
 }

@@ -8,7 +8,7 @@ use varsac_host::synth::onesided::*;
 use varsac_host::synth::shapes::{V3, dot, length, minus};
 
 #[derive(Clone)]
-struct Setup { config: Config, outline: bool, n: u64, base: u64, mask_grow: i64, mask_shift: (i64, i64), repeat: u32, dump: bool, targets: Option<u8>, thin: usize, csv: bool }
+struct Setup { config: Config, outline: bool, n: u64, base: u64, mask_grow: i64, mask_shift: (i64, i64), repeat: u32, dump: bool, targets: Option<u8>, thin: usize, csv: bool, export: Option<String> }
 
 #[derive(Clone, Default)]
 struct Row { found: bool, centre: f64, rms_c: f64, rms_s: f64, axis: f64, outliers: f64, points: usize, us: f64, accepted: bool, maha: f64, maha_s: f64, maha_r: f64,
@@ -37,6 +37,17 @@ fn run(family: &Family, seed: u64, s: &Setup, detector: &Detector) -> Row {
     let mut outline = if s.outline { outline_rays(&scene.patch.depth, &mask, f, |u, v| [(w.left as f64 + u) / f, (w.top as f64 + v) / f], 10.0) } else { vec![] };
     if s.thin > 0 && outline.len() > s.thin { let n = outline.len(); outline = (0..s.thin).map(|k| outline[k * n / s.thin]).collect(); }
     let view = View { cloud: &cloud, in_mask: if s.outline { in_mask } else { cloud.len() }, outline: &outline };
+    if let Some(path) = &s.export {
+        use std::io::Write;
+        let mut file = std::fs::OpenOptions::new().append(true).create(true).open(path).unwrap();
+        let mut bytes: Vec<u8> = vec![];
+        bytes.extend((cloud.len() as u32).to_le_bytes());
+        bytes.extend((view.in_mask as u32).to_le_bytes());
+        for q in &cloud { for x in [q.x, q.y, q.z] { bytes.extend(x.to_le_bytes()); } }
+        bytes.extend((outline.len() as u32).to_le_bytes());
+        for o in &outline { for x in [o.inner.x, o.inner.y, o.inner.z, o.outer_mm, o.sigma_rad] { bytes.extend(x.to_le_bytes()); } }
+        file.write_all(&bytes).unwrap();
+    }
     let mut workspace = Box::new(Workspace::<8192>::new());
     let mut detections: Vec<Detection> = vec![];
     let clock = cpu_ns();
@@ -151,7 +162,7 @@ fn report(family: &Family, s: &Setup) {
 }
 
 fn main() {
-    let mut s = Setup { config: Config { method: Method::Map, map: MapConfig::JUJUBE, ..Config::jujube() }, outline: false, n: 1000, base: 0, mask_grow: 0, mask_shift: (0, 0), repeat: 1, dump: false, targets: None, thin: 0, csv: false };
+    let mut s = Setup { config: Config { method: Method::Map, map: MapConfig::JUJUBE, ..Config::jujube() }, outline: false, n: 1000, base: 0, mask_grow: 0, mask_shift: (0, 0), repeat: 1, dump: false, targets: None, thin: 0, csv: false, export: None };
     let mut names: Vec<String> = vec![];
     for arg in std::env::args().skip(1) {
         let Some((k, v)) = arg.split_once('=') else { names.push(arg); continue };
@@ -166,6 +177,7 @@ fn main() {
             "shift" => s.mask_shift = (v.parse().unwrap(), 0),
             "repeat" => s.repeat = v.parse().unwrap(),
             "dump" => s.dump = true,
+            "export" => s.export = Some(v.to_string()),
             "csv" => s.csv = true,
             "targets" => s.targets = Some(u() as u8),
             "thin" => s.thin = v.parse().unwrap(),
