@@ -80,65 +80,73 @@ pub const MAX_SWEEPS: u32 = 8;
 /// Cost: about 45 flops, two square roots and three divisions a rotation. The result of a non-finite matrix has no
 /// meaning, but it is returned all the same.
 pub fn eigen(a: &Symmetric3) -> Eigen3 {
-    let mut m = [[a.xx, a.xy, a.xz], [a.xy, a.yy, a.yz], [a.xz, a.yz, a.zz]];
-    // Columns of v would be the eigenvectors; rows are kept so that a rotation touches two whole rows.
-    let mut v = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let mut m = *a;
+    // Rows are the vectors, so that a rotation touches two whole rows.
+    let [mut u, mut v, mut w] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     for _ in 0..MAX_SWEEPS {
-        let mut rotated = false;
-        for (p, q, r) in [(0, 1, 2), (0, 2, 1), (1, 2, 0)] {
-            rotated |= rotate(&mut m, &mut v, p, q, r);
-        }
-        if !rotated {
+        let first = rotate(&mut m.xx, &mut m.yy, &mut m.xy, [&mut m.xz, &mut m.yz], [&mut u, &mut v]);
+        let second = rotate(&mut m.xx, &mut m.zz, &mut m.xz, [&mut m.xy, &mut m.yz], [&mut u, &mut w]);
+        let third = rotate(&mut m.yy, &mut m.zz, &mut m.yz, [&mut m.xy, &mut m.xz], [&mut v, &mut w]);
+        if !(first || second || third) {
             break;
         }
     }
-    sorted([m[0][0], m[1][1], m[2][2]], v)
+    sorted((m.xx, u), (m.yy, v), (m.zz, w))
 }
 
-/// One rotation in the plane (p, q); r is the third index. Rutishauser's formulas (Golub and Van Loan, section 8.5).
+/// One rotation in the plane (p, q): its three entries, the two entries that couple p and q to the third index, and
+/// the two vectors. Rutishauser's formulas (Golub and Van Loan, section 8.5).
 #[inline]
-fn rotate(m: &mut [[f32; 3]; 3], v: &mut [[f32; 3]; 3], p: usize, q: usize, r: usize) -> bool {
-    let (app, aqq, apq) = (m[p][p], m[q][q], m[p][q]);
-    let size = libm::fabsf(apq);
-    let (dp, dq) = (libm::fabsf(app), libm::fabsf(aqq));
+fn rotate(
+    app: &mut f32,
+    aqq: &mut f32,
+    apq: &mut f32,
+    [arp, arq]: [&mut f32; 2],
+    [vp, vq]: [&mut [f32; 3]; 2],
+) -> bool {
+    let size = libm::fabsf(*apq);
+    let (dp, dq) = (libm::fabsf(*app), libm::fabsf(*aqq));
     if dp + size == dp && dq + size == dq {
-        m[p][q] = 0.0;
-        m[q][p] = 0.0;
+        *apq = 0.0;
         return false;
     }
     // tan of the rotation: the smaller root of t^2 + 2 theta t - 1 = 0. An infinite theta gives t = 0.
-    let theta = (aqq - app) / (2.0 * apq);
+    let theta = (*aqq - *app) / (2.0 * *apq);
     let root = libm::fabsf(theta) + libm::sqrtf(theta * theta + 1.0);
     let t = if theta < 0.0 { -1.0 / root } else { 1.0 / root };
     let cos = 1.0 / libm::sqrtf(t * t + 1.0);
     let sin = t * cos;
     let tau = sin / (1.0 + cos);
-    m[p][p] = app - t * apq;
-    m[q][q] = aqq + t * apq;
-    m[p][q] = 0.0;
-    m[q][p] = 0.0;
-    let (arp, arq) = (m[r][p], m[r][q]);
-    m[r][p] = arp - sin * (arq + tau * arp);
-    m[p][r] = m[r][p];
-    m[r][q] = arq + sin * (arp - tau * arq);
-    m[q][r] = m[r][q];
-    for k in 0..3 {
-        let (vp, vq) = (v[p][k], v[q][k]);
-        v[p][k] = vp - sin * (vq + tau * vp);
-        v[q][k] = vq + sin * (vp - tau * vq);
+    let shift = t * *apq;
+    *app -= shift;
+    *aqq += shift;
+    *apq = 0.0;
+    let turn = |p: &mut f32, q: &mut f32| {
+        let (old_p, old_q) = (*p, *q);
+        *p = old_p - sin * (old_q + tau * old_p);
+        *q = old_q + sin * (old_p - tau * old_q);
+    };
+    turn(arp, arq);
+    for (p, q) in vp.iter_mut().zip(vq) {
+        turn(p, q);
     }
     true
 }
 
+/// An eigenvalue and its vector.
+type Pair = (f32, [f32; 3]);
+
 /// Ascending by value; equal values keep their order (three compare-and-swaps: 01, 12, 01).
-fn sorted(mut values: [f32; 3], mut vectors: [[f32; 3]; 3]) -> Eigen3 {
-    for (i, j) in [(0, 1), (1, 2), (0, 1)] {
-        if values[j] < values[i] {
-            values.swap(i, j);
-            vectors.swap(i, j);
+fn sorted(mut first: Pair, mut second: Pair, mut third: Pair) -> Eigen3 {
+    let in_order = |low: &mut Pair, high: &mut Pair| {
+        if high.0 < low.0 {
+            core::mem::swap(low, high);
         }
-    }
-    Eigen3 { values, vectors }
+    };
+    in_order(&mut first, &mut second);
+    in_order(&mut second, &mut third);
+    in_order(&mut first, &mut second);
+    Eigen3 { values: [first.0, second.0, third.0], vectors: [first.1, second.1, third.1] }
 }
 
 #[cfg(test)]

@@ -43,7 +43,8 @@
 //!
 //! # Features
 //!
-//! `serde` and `defmt` add traits to public types. No feature changes a bit of a result.
+//! `serde` and `defmt` add traits to public types; `link` adds the wire protocol between a host and a co-processor that
+//! runs this crate. No feature changes a bit of a result.
 #![no_std]
 
 pub mod accept;
@@ -64,6 +65,8 @@ pub mod fit;
 pub mod jacobi;
 pub mod kdtree;
 pub mod linalg;
+#[cfg(feature = "link")]
+pub mod link;
 mod observe;
 mod order;
 pub mod point;
@@ -84,3 +87,17 @@ pub use quadric::{CentralQuadric, Invariants, Quadric};
 pub use tebc::Score;
 pub use varsac::{Rejection, VarsacReport};
 pub use workspace::{Scratch, Workspace};
+
+/// Version of this crate: major, minor, patch.
+pub const VERSION: [u8; 3] = [
+    number(env!("CARGO_PKG_VERSION_MAJOR")),
+    number(env!("CARGO_PKG_VERSION_MINOR")),
+    number(env!("CARGO_PKG_VERSION_PATCH")),
+];
+
+const fn number(text: &str) -> u8 {
+    match u8::from_str_radix(text, 10) {
+        Ok(number) => number,
+        Err(_) => panic!("a part of the version is above 255"),
+    }
+}

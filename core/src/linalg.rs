@@ -30,12 +30,11 @@ impl Symmetric9 {
     /// Adds `weight * row row^T`: each entry gains `(weight * row[i]) * row[j]`. 90 flops and 9.
     #[inline]
     pub fn add_outer(&mut self, row: &[f32; N], weight: f32) {
-        let mut at = 0;
-        for i in 0..N {
-            let scaled = weight * row[i];
-            for j in 0..=i {
-                self.0[at] += scaled * row[j];
-                at += 1;
+        let mut entries = self.0.iter_mut();
+        for (i, value) in row.iter().enumerate() {
+            let scaled = weight * value;
+            for (other, entry) in row.iter().take(i + 1).zip(entries.by_ref()) {
+                *entry += scaled * other;
             }
         }
     }
@@ -60,73 +59,83 @@ impl Symmetric9 {
     /// or not finite.
     pub fn factor(&self) -> Option<Factors9> {
         let mut l = self.0;
+        let mut pivots = [0.0; N];
         for i in 0..N {
-            let row = packed(i, 0);
+            // Slices of rows instead of computed indices: nothing here can be out of range, and the compiler sees it.
+            let (above, rest) = l.split_at_mut_checked(packed(i, 0))?;
+            let row = rest.get_mut(..=i)?;
             // First L(i, j) d_j for j < i, left to right; then L(i, j) and the pivot.
             for j in 0..i {
-                let other = packed(j, 0);
-                let mut sum = l[row + j];
-                for k in 0..j {
-                    sum -= l[row + k] * l[other + k];
+                let other = above.get(packed(j, 0)..)?;
+                let (done, todo) = row.split_at_mut_checked(j)?;
+                let entry = todo.first_mut()?;
+                let mut sum = *entry;
+                for (scaled, factor) in done.iter().zip(other) {
+                    sum -= scaled * factor;
                 }
-                l[row + j] = sum;
+                *entry = sum;
             }
-            let diagonal = l[row + i];
-            let mut pivot = diagonal;
-            for j in 0..i {
-                let scaled = l[row + j];
-                let entry = scaled / l[packed(j, j)];
-                pivot -= scaled * entry;
-                l[row + j] = entry;
+            let (diagonal, entries) = row.split_last_mut()?;
+            let mut pivot = *diagonal;
+            for (entry, divisor) in entries.iter_mut().zip(&pivots) {
+                let scaled = *entry;
+                *entry = scaled / divisor;
+                pivot -= scaled * *entry;
             }
             // NaN fails both comparisons.
-            let usable = pivot > MIN_PIVOT_RATIO * diagonal && pivot <= f32::MAX;
+            let usable = pivot > MIN_PIVOT_RATIO * *diagonal && pivot <= f32::MAX;
             if !usable {
                 return None;
             }
-            l[row + i] = pivot;
+            *diagonal = pivot;
+            *pivots.get_mut(i)? = pivot;
         }
-        Some(Factors9(l))
+        Some(Factors9 { l, pivots })
     }
 }
 
-/// `L D L^T` of a [`Symmetric9`]: unit lower triangle below, pivots on the diagonal, packed by rows.
+/// `L D L^T` of a [`Symmetric9`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Factors9([f32; PACKED]);
+pub struct Factors9 {
+    /// Unit lower triangle, packed by rows (the ones on its diagonal are not there: the pivots are).
+    l: [f32; PACKED],
+    /// `D`, all positive.
+    pivots: [f32; N],
+}
 
 impl Factors9 {
-    /// Solves for one right-hand side: forward, scale, back. 153 flops and 9 divisions.
+    /// Row `i` of L left of the diagonal.
+    #[inline(always)]
+    fn row(&self, i: usize) -> &[f32] {
+        self.l.get(packed(i, 0)..packed(i, i)).unwrap_or(&[])
+    }
+
+    /// Solves for one right-hand side: forward and back by rows of L, scaling between. 153 flops and 9 divisions.
     pub fn solve(&self, rhs: &[f32; N]) -> [f32; N] {
-        let l = &self.0;
         let mut x = *rhs;
         for i in 0..N {
-            let row = packed(i, 0);
             let mut sum = x[i];
-            for k in 0..i {
-                sum -= l[row + k] * x[k];
+            for (factor, value) in self.row(i).iter().zip(&x) {
+                sum -= factor * value;
             }
             x[i] = sum;
         }
-        for i in 0..N {
-            x[i] /= l[packed(i, i)];
+        for (value, pivot) in x.iter_mut().zip(&self.pivots) {
+            *value /= pivot;
         }
+        // Once x_i is known it leaves all equations above: by rows, so that L is read as it lies in memory.
         for i in (0..N).rev() {
-            let mut sum = x[i];
-            for k in i + 1..N {
-                sum -= l[packed(k, i)] * x[k];
+            let known = x[i];
+            for (factor, value) in self.row(i).iter().zip(&mut x) {
+                *value -= factor * known;
             }
-            x[i] = sum;
         }
         x
     }
 
     /// The pivots `D` (shape 9, all positive).
-    pub fn pivots(&self) -> [f32; N] {
-        let mut d = [0.0; N];
-        for (i, pivot) in d.iter_mut().enumerate() {
-            *pivot = self.0[packed(i, i)];
-        }
-        d
+    pub fn pivots(&self) -> &[f32; N] {
+        &self.pivots
     }
 
     /// Inverse of the factored matrix, column by column. 9 solves.

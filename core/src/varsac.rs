@@ -71,12 +71,14 @@ pub(crate) struct Varsac {
     pub(crate) best: Option<Best>,
     /// Index of the next sample size.
     turn: u8,
+    /// A neighbourhood was too large for the tree to pay; the next ones will be too.
+    crowded: bool,
 }
 
 impl Varsac {
     pub(crate) fn new(config: &Config) -> Self {
         let report = VarsacReport { bound: config.max_trials, ..VarsacReport::default() };
-        Self { report, best: None, turn: 0 }
+        Self { report, best: None, turn: 0, crowded: false }
     }
 
     /// True when as many trials as the bound asks for are done.
@@ -99,7 +101,7 @@ impl Varsac {
         let size = config.sample_sizes.get(usize::from(self.turn)).copied().unwrap_or(0);
         self.turn = if usize::from(self.turn) + 1 >= config.sample_sizes.len() { 0 } else { self.turn + 1 };
 
-        let count = neighbourhood(config, cloud, live, scratch, stream, observer);
+        let count = self.neighbourhood(config, cloud, live, scratch, stream, observer);
         let members = scratch.members.get(..count).unwrap_or(&[]);
         match hypothesis(config, cloud, members, size, stream, observer) {
             Err(reason) => {
@@ -121,35 +123,39 @@ impl Varsac {
             }
         }
     }
-}
 
-/// Draws a seed point among the live ones and gathers its neighbourhood into `scratch.members`; returns its size.
-fn neighbourhood(
-    config: &Config,
-    cloud: &[Point3],
-    live: u32,
-    scratch: &mut Scratch<'_>,
-    stream: &mut Stream,
-    observer: &mut impl Observer,
-) -> usize {
-    if config.radius == f32::INFINITY {
-        // Every seed point would see the same neighbourhood: none is drawn.
-        return live as usize;
+    /// Draws a seed point among the live ones and gathers its neighbourhood into `scratch.members`; returns its size.
+    fn neighbourhood(
+        &mut self,
+        config: &Config,
+        cloud: &[Point3],
+        live: u32,
+        scratch: &mut Scratch<'_>,
+        stream: &mut Stream,
+        observer: &mut impl Observer,
+    ) -> usize {
+        if config.radius == f32::INFINITY {
+            // Every seed point would see the same neighbourhood: none is drawn.
+            return live as usize;
+        }
+        let rank = stream.below(live);
+        let seed = live_point_of_rank(scratch.labels, cloud.len(), live, rank);
+        observer.seed_point(seed);
+        let centre = at(cloud, seed);
+        let tree = scratch.order.get(..live as usize).unwrap_or(&[]);
+        // Past an eighth of the cloud, sorting what the tree finds costs more than looking at every point in order. Both
+        // ways give the same list.
+        let few = scratch.members.get_mut(..live as usize / 8).unwrap_or(&mut []);
+        let found =
+            if self.crowded { None } else { kdtree::within(cloud, tree, &centre, config.radius, few) };
+        let count = found.unwrap_or_else(|| {
+            self.crowded = true;
+            let limit = config.radius * config.radius;
+            scratch.list_live(cloud, |point| distance_squared(point, &centre) <= limit)
+        });
+        observer.neighbourhood(scratch.members.get(..count).unwrap_or(&[]));
+        count
     }
-    let rank = stream.below(live);
-    let seed = live_point_of_rank(scratch.labels, cloud.len(), live, rank);
-    observer.seed_point(seed);
-    let centre = at(cloud, seed);
-    let tree = scratch.order.get(..live as usize).unwrap_or(&[]);
-    // Past an eighth of the cloud, sorting what the tree finds costs more than looking at every point in order. Both
-    // ways give the same list.
-    let few = scratch.members.get_mut(..live as usize / 8).unwrap_or(&mut []);
-    let count = kdtree::within(cloud, tree, &centre, config.radius, few).unwrap_or_else(|| {
-        let limit = config.radius * config.radius;
-        scratch.list_live(cloud, |point| distance_squared(point, &centre) <= limit)
-    });
-    observer.neighbourhood(scratch.members.get(..count).unwrap_or(&[]));
-    count
 }
 
 /// The unclaimed point with `rank` unclaimed points before it.

@@ -5,7 +5,7 @@ use varsac_core::{Config, Detection, Detector, MapConfig, Method, Point3, Status
 use varsac_core::prior::SizePrior;
 use varsac_host::outline::outline_rays;
 use varsac_host::synth::onesided::*;
-use varsac_host::synth::shapes::{V3, dot, length, minus};
+use varsac_host::synth::onesided::shapes::{V3, dot, length, minus};
 
 #[derive(Clone)]
 struct Setup { config: Config, outline: bool, n: u64, base: u64, mask_grow: i64, mask_shift: (i64, i64), repeat: u32, dump: bool, targets: Option<u8>, thin: usize, csv: bool, export: Option<String> }

@@ -3,8 +3,11 @@
 //! This is the light generator for tens of thousands of scenes: it renders only the pixels around the fruit, by
 //! analytic rays. Everything is drawn from one seed; unit millimetres, camera optical frame.
 
-use super::patch::{Body, Draws, Patch, Sensor, Window, first_hit, record};
-use super::shapes::{Pose, Shape, V3, along, cross, dot, length, minus, unit};
+pub mod patch;
+pub mod shapes;
+
+use self::patch::{Body, Draws, Patch, Sensor, Window, first_hit, record};
+use self::shapes::{Pose, Shape, V3, along, cross, dot, length, minus, unit};
 use crate::image::{Image, LabelImage};
 
 /// Focal length of an ideal Kinect v2 depth camera, pixels.

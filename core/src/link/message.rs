@@ -1,0 +1,334 @@
+//! What the two sides say to each other, and the answers to it.
+//!
+//! A message is a type number in the frame's header and a postcard payload (see [`super::payload`]). Every message is
+//! answered by one [`Answer`]: taken, or not taken and why.
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use super::frame::{self, Header, TooLong};
+use super::payload::{
+    CHUNK_POINTS, CloudBegin, CloudChunk, CloudEnd, Fault, Hello, POINT_BYTES, Report, Search, Target,
+    Welcome,
+};
+use crate::Config;
+
+/// Type numbers, fixed for [`frame::VERSION`] 1.
+pub mod kind {
+    /// Host opens a session.
+    pub const HELLO: u8 = 0x01;
+    /// Device introduces itself in answer to Hello.
+    pub const WELCOME: u8 = 0x02;
+    /// Host sets the configuration of the searches that follow.
+    pub const CONFIGURE: u8 = 0x10;
+    /// Host announces a cloud.
+    pub const CLOUD_BEGIN: u8 = 0x11;
+    /// Some of its points.
+    pub const CLOUD_CHUNK: u8 = 0x12;
+    /// The cloud is complete.
+    pub const CLOUD_END: u8 = 0x13;
+    /// Host orders a search of the cloud.
+    pub const SEARCH: u8 = 0x20;
+    /// Host ends the search.
+    pub const ABORT: u8 = 0x21;
+    /// Host asks whether the device is still there.
+    pub const POLL: u8 = 0x22;
+    /// Device found one target.
+    pub const TARGET: u8 = 0x30;
+    /// Device ended the search.
+    pub const REPORT: u8 = 0x31;
+    /// Device tells of a fault that no message of the host caused.
+    pub const FAULT: u8 = 0x3F;
+    /// Answer: taken.
+    pub const ACK: u8 = 0x7E;
+    /// Answer: not taken.
+    pub const NACK: u8 = 0x7F;
+}
+
+/// One message, borrowed from the frame it came in.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "no heap to box into; it lives for the length of one call")]
+pub enum Message<'a> {
+    /// See [`Hello`].
+    Hello(Hello),
+    /// See [`Welcome`].
+    Welcome(Welcome),
+    /// Sets the configuration of the searches that follow, until the session ends.
+    Configure(Config),
+    /// See [`CloudBegin`].
+    CloudBegin(CloudBegin),
+    /// See [`CloudChunk`].
+    CloudChunk(CloudChunk<'a>),
+    /// See [`CloudEnd`].
+    CloudEnd(CloudEnd),
+    /// See [`Search`].
+    Search(Search),
+    /// Ends the running search; its [`Report`] follows. Without a search: nothing happens.
+    Abort,
+    /// Means nothing; the answer shows that the device lives and knows the session.
+    Poll,
+    /// See [`Target`].
+    Target(Target),
+    /// See [`Report`].
+    Report(Report),
+    /// See [`Fault`].
+    Fault(Fault),
+}
+
+/// Why a message was not taken. The session goes on, but for [`Reason::NoSession`] and [`Reason::Version`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Reason {
+    /// The device knows no such session: it was restarted, or another host took over. Say Hello again.
+    NoSession,
+    /// The versions differ. Detail: the version of the side that says so.
+    Version,
+    /// The type is unknown or the payload is not one of its type.
+    Malformed,
+    /// A search is running: wait for its report or abort it.
+    Busy,
+    /// This message has no place here (a chunk without a begin, a search without a cloud).
+    Order,
+    /// The chunk does not continue the cloud. Detail: the offset expected.
+    Offset,
+    /// The cloud is larger than the memory. Detail: the capacity in points.
+    Capacity,
+    /// The cloud's checksum is wrong. Detail: the checksum found.
+    Checksum,
+    /// A coordinate is not finite or too large. Detail: the index of the point.
+    Coordinate,
+    /// A value of the configuration is out of range.
+    Configuration,
+}
+
+/// The answer "not taken".
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Nack {
+    /// Why.
+    pub reason: Reason,
+    /// What the reason says it is; 0 where it says nothing.
+    pub detail: u32,
+}
+
+/// Every message gets one.
+pub type Answer = Result<(), Nack>;
+
+impl Reason {
+    /// The answer with this reason.
+    pub const fn nack(self, detail: u32) -> Nack {
+        Nack { reason: self, detail }
+    }
+}
+
+impl<'a> Message<'a> {
+    /// Its type number.
+    pub const fn kind(&self) -> u8 {
+        match self {
+            Self::Hello(_) => kind::HELLO,
+            Self::Welcome(_) => kind::WELCOME,
+            Self::Configure(_) => kind::CONFIGURE,
+            Self::CloudBegin(_) => kind::CLOUD_BEGIN,
+            Self::CloudChunk(_) => kind::CLOUD_CHUNK,
+            Self::CloudEnd(_) => kind::CLOUD_END,
+            Self::Search(_) => kind::SEARCH,
+            Self::Abort => kind::ABORT,
+            Self::Poll => kind::POLL,
+            Self::Target(_) => kind::TARGET,
+            Self::Report(_) => kind::REPORT,
+            Self::Fault(_) => kind::FAULT,
+        }
+    }
+
+    /// Writes the message as one frame; returns its length on the wire.
+    ///
+    /// # Errors
+    /// [`TooLong`], see [`frame::encode`].
+    pub fn encode(&self, sequence: u16, session: u32, wire: &mut [u8]) -> Result<usize, TooLong> {
+        let header = Header { version: frame::VERSION, kind: self.kind(), sequence, session };
+        match self {
+            Self::Hello(payload) => frame::encode(&header, payload, wire),
+            Self::Welcome(payload) => frame::encode(&header, payload, wire),
+            Self::Configure(payload) => frame::encode(&header, payload, wire),
+            Self::CloudBegin(payload) => frame::encode(&header, payload, wire),
+            Self::CloudChunk(payload) => frame::encode(&header, payload, wire),
+            Self::CloudEnd(payload) => frame::encode(&header, payload, wire),
+            Self::Search(payload) => frame::encode(&header, payload, wire),
+            Self::Abort | Self::Poll => frame::encode(&header, &(), wire),
+            Self::Target(payload) => frame::encode(&header, payload, wire),
+            Self::Report(payload) => frame::encode(&header, payload, wire),
+            Self::Fault(payload) => frame::encode(&header, payload, wire),
+        }
+    }
+
+    /// Reads a payload. None when the type is no message's or the payload is not exactly one of that type.
+    pub fn decode(kind: u8, payload: &'a [u8]) -> Option<Self> {
+        Some(match kind {
+            kind::HELLO => Self::Hello(exactly(payload)?),
+            kind::WELCOME => Self::Welcome(exactly(payload)?),
+            kind::CONFIGURE => Self::Configure(exactly(payload)?),
+            kind::CLOUD_BEGIN => Self::CloudBegin(exactly(payload)?),
+            kind::CLOUD_CHUNK => {
+                let (chunk, []) = postcard::take_from_bytes::<CloudChunk<'a>>(payload).ok()? else {
+                    return None;
+                };
+                let whole = chunk.points.len().is_multiple_of(POINT_BYTES);
+                let fits = chunk.points.len() <= CHUNK_POINTS * POINT_BYTES;
+                if !whole || !fits {
+                    return None;
+                }
+                Self::CloudChunk(chunk)
+            }
+            kind::CLOUD_END => Self::CloudEnd(exactly(payload)?),
+            kind::SEARCH => Self::Search(exactly(payload)?),
+            kind::ABORT if payload.is_empty() => Self::Abort,
+            kind::POLL if payload.is_empty() => Self::Poll,
+            kind::TARGET => Self::Target(exactly(payload)?),
+            kind::REPORT => Self::Report(exactly(payload)?),
+            kind::FAULT => Self::Fault(exactly(payload)?),
+            _ => return None,
+        })
+    }
+}
+
+/// A payload with nothing behind it.
+pub(super) fn exactly<T: DeserializeOwned>(payload: &[u8]) -> Option<T> {
+    match postcard::take_from_bytes(payload) {
+        Ok((value, [])) => Some(value),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::frame::{MAX_PAYLOAD, MAX_WIRE};
+    use super::super::payload::{Ending, REJECTIONS, TargetRefusal};
+    use super::super::receiver::FrameReceiver;
+    use super::*;
+    use crate::Finish;
+
+    const POINTS: [u8; CHUNK_POINTS * POINT_BYTES] = [0xFF; CHUNK_POINTS * POINT_BYTES];
+
+    /// One of each, with the values that take the most room.
+    fn largest() -> [Message<'static>; 12] {
+        [
+            Message::Hello(Hello { max_payload: u16::MAX }),
+            Message::Welcome(Welcome {
+                core_version: [255; 3],
+                board: 255,
+                max_payload: u16::MAX,
+                capacity: u16::MAX,
+            }),
+            Message::Configure(Config {
+                sample_sizes: core::iter::repeat_n(32, crate::MAX_SIZES).collect(),
+                max_trials: u32::MAX,
+                min_inliers: u16::MAX,
+                ..Config::jujube()
+            }),
+            Message::CloudBegin(CloudBegin { points: u16::MAX }),
+            Message::CloudChunk(CloudChunk { offset: u16::MAX, points: &POINTS }),
+            Message::CloudEnd(CloudEnd { checksum: u32::MAX }),
+            Message::Search(Search { seed: u64::MAX, step_budget: u32::MAX }),
+            Message::Abort,
+            Message::Poll,
+            Message::Target(Target {
+                target: u8::MAX,
+                refusal: Some(TargetRefusal { code: 255, value: 1.0, limit: -1.0 }),
+                centre_mm: [1.0, -2.0, 700.0],
+                semi_axes_mm: [22.0, 11.0, 11.0],
+                axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+                quaternion_xyzw: [0.0, 0.0, 0.0, 1.0],
+                inliers: u32::MAX,
+                candidates: u32::MAX,
+                trials: u32::MAX,
+                covariance: Some([[0.5; 5]; 9]),
+            }),
+            Message::Report(Report {
+                ending: Ending::Complete(Finish::Failures),
+                targets: u8::MAX,
+                trials: u32::MAX,
+                steps: u32::MAX,
+                rejections: [u32::MAX; REJECTIONS],
+                stack_bytes: Some(u32::MAX),
+            }),
+            Message::Fault(Fault { code: 255, value: u32::MAX }),
+        ]
+    }
+
+    #[test]
+    fn every_message_fits_into_a_frame_and_comes_back() {
+        let mut wire = [0; MAX_WIRE];
+        let mut receiver = FrameReceiver::new();
+        for message in largest() {
+            let used = message.encode(9, 77, &mut wire).unwrap();
+            let mut found = false;
+            for &byte in &wire[..used] {
+                if let Some(frame) = receiver.push(byte) {
+                    assert_eq!((frame.header.sequence, frame.header.session), (9, 77));
+                    assert_eq!(Message::decode(frame.header.kind, frame.payload), Some(message.clone()));
+                    found = true;
+                }
+            }
+            assert!(found, "{message:?}");
+        }
+    }
+
+    #[test]
+    fn a_payload_must_be_exact() {
+        let mut content = [0; MAX_PAYLOAD + 1];
+        for message in largest() {
+            let payload = match &message {
+                Message::Configure(m) => postcard::to_slice(m, &mut content).unwrap().len(),
+                Message::Abort | Message::Poll => 0,
+                Message::Hello(m) => postcard::to_slice(m, &mut content).unwrap().len(),
+                Message::CloudChunk(m) => postcard::to_slice(m, &mut content).unwrap().len(),
+                Message::Target(m) => postcard::to_slice(m, &mut content).unwrap().len(),
+                Message::Report(m) => postcard::to_slice(m, &mut content).unwrap().len(),
+                _ => continue,
+            };
+            let kind = message.kind();
+            assert!(Message::decode(kind, &content[..payload]).is_some());
+            assert_eq!(Message::decode(kind, &content[..=payload]), None, "a byte too many: {message:?}");
+            for short in 0..payload {
+                assert_eq!(Message::decode(kind, &content[..short]), None, "{short} bytes of {message:?}");
+            }
+        }
+        for kind in [0, 0x10, kind::ACK, kind::NACK, 0xFF] {
+            assert_eq!(Message::decode(kind, &[]), None);
+        }
+    }
+
+    #[test]
+    fn a_chunk_holds_whole_points_and_not_too_many() {
+        let mut content = [0; MAX_PAYLOAD];
+        let too_many = [0; (CHUNK_POINTS + 1) * POINT_BYTES];
+        for (points, allowed) in [(&POINTS[..24], true), (&POINTS[..23], false), (&too_many[..], false)] {
+            let payload = postcard::to_slice(&CloudChunk { offset: 0, points }, &mut content).unwrap();
+            assert_eq!(Message::decode(kind::CLOUD_CHUNK, payload).is_some(), allowed);
+        }
+    }
+
+    /// The payload of Configure follows the fields of [`Config`]: whoever changes those changes the wire.
+    #[test]
+    fn the_bytes_of_a_configuration_belong_to_this_version() {
+        let mut content = [0; MAX_PAYLOAD];
+        // The printed values of Table 5 do not change.
+        let bytes = postcard::to_slice(&Config::table5(), &mut content).unwrap();
+        let expected = [
+            0x33, 0x33, 0x73, 0x3F, // confidence 0.95
+            4, 9, 10, 11, 12, // four sample sizes
+            0xCD, 0xCC, 0xCC, 0x3D, // shell 0.1
+            0x00, 0x00, 0xF0, 0x41, // radius 30
+            0x00, 0x00, 0x20, 0x41, // semi_axis_min 10
+            0x00, 0x00, 0xB8, 0x41, // semi_axis_max 23
+            0xB8, 0x17, // max_trials 3000
+            1,    // refits
+            20,   // min_inliers
+            0x00, 0x00, 0x00, 0x00, // min_ratio 0
+            16,   // max_targets
+            1,    // max_failures
+            0,    // constraint a11
+        ];
+        assert_eq!((frame::VERSION, &*bytes), (1, &expected[..]));
+    }
+}

@@ -1,0 +1,23 @@
+//! Measurements on a board, without a link. What to do comes as the emulator's argument:
+//!
+//! * `digests N`: searches scenes 0 to N-1 and prints one digest each, to be compared with the host's;
+//! * `counts`: instructions of the core's parts (run with `-icount shift=6`) and the deepest use of the stack;
+//! * `flush-to-zero`: switches it on and goes through start-up, which must refuse it (exit code 103).
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    eprintln!("this is a program for a board; the tests of varsac-tests build and start it");
+}
+
+#[cfg(target_os = "none")]
+mod counts;
+#[cfg(target_os = "none")]
+#[path = "../firmware/hardware.rs"]
+#[allow(dead_code, reason = "the firmware uses the rest")]
+mod hardware;
+#[cfg(target_os = "none")]
+mod prove_main;
+#[cfg(target_os = "none")]
+#[path = "../firmware/startup.rs"]
+mod startup;

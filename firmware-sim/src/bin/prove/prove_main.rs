@@ -1,0 +1,39 @@
+//! Arguments in, lines out.
+
+use cortex_m_rt::entry;
+// The core's log formats want a logger to link against; nothing is logged here.
+use defmt_semihosting as _;
+use semihosting::experimental::env::args;
+use semihosting::{println, process::exit};
+use varsac_core::{Point3, Workspace};
+use varsac_firmware_sim::scene::{SCENE_POINTS, search_digest};
+
+use crate::{counts, hardware, startup};
+
+#[entry]
+fn main() -> ! {
+    startup::check_arithmetic();
+    let Ok(arguments) = args::<128>() else { exit(2) };
+    // The emulator hands on the first argument too; a program of this name has none.
+    let mut words = arguments.filter_map(Result::ok).skip_while(|word| *word == "prove");
+    match words.next() {
+        Some("digests") => digests(words.next().and_then(|count| count.parse().ok()).unwrap_or(0)),
+        Some("counts") => counts::print(),
+        Some("flush-to-zero") => {
+            hardware::set_flush_to_zero();
+            startup::check_arithmetic();
+        }
+        _ => exit(2),
+    }
+    exit(0)
+}
+
+fn digests(count: u64) {
+    let cloud = cortex_m::singleton!(: [Point3; SCENE_POINTS] = [Point3::new(0.0, 0.0, 0.0); SCENE_POINTS]);
+    let workspace = cortex_m::singleton!(: Workspace<SCENE_POINTS> = Workspace::new());
+    let (Some(cloud), Some(workspace)) = (cloud, workspace) else { exit(2) };
+    for number in 0..count {
+        let (targets, digest) = search_digest(number, cloud, workspace);
+        println!("{number} {targets} {digest:016x}");
+    }
+}

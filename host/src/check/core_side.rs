@@ -1,0 +1,166 @@
+//! The core made to write down its results, through its `Observer`.
+
+use super::cases::Case;
+use super::record::{Recorder, Stage};
+use varsac_core::jacobi::{self, Symmetric3};
+use varsac_core::linalg::Symmetric9;
+use varsac_core::{
+    CentralQuadric, Detection, Detector, Ellipsoid, Finish, Observer, Quadric, Rejection, Score, Scratch,
+    Step, VarsacReport,
+};
+
+/// Runs the core over a case.
+pub(crate) fn run(case: &Case, recorder: &mut Recorder) {
+    let detector = match Detector::new(case.config.clone()) {
+        Ok(detector) => detector,
+        Err(error) => unreachable!("the generator made an invalid configuration: {error}"),
+    };
+    let n = case.cloud.len().min(65_535);
+    let (mut order, mut members, mut labels) = (vec![0; n], vec![0; n], vec![0; n]);
+    let scratch = Scratch::new(&mut order, &mut members, &mut labels);
+    let run = detector.detect(&case.cloud, scratch, case.seed);
+    recorder.integers(Stage::Cloud, "accepted", [u32::from(run.is_ok())]);
+    let Ok(mut run) = run else { return };
+    let limits = [case.config.semi_axis_min, case.config.semi_axis_max];
+    let mut observer = CoreObserver { recorder, limits };
+    let finish = loop {
+        match run.step_observed(&mut observer) {
+            Step::Working | Step::Found(_) => {}
+            Step::Missed(report) => observer.missed(&report),
+            Step::Finished(finish) => break finish,
+        }
+    };
+    let number = match finish {
+        Finish::Targets => 0,
+        Finish::Failures => 1,
+        Finish::FewPoints => 2,
+    };
+    recorder.integers(Stage::Labels, "labels", run.labels().iter().map(|&label| u32::from(label)));
+    recorder.integers(Stage::Labels, "finish", [number]);
+}
+
+/// The stage in which a trial ends when it is rejected, and the name of the record.
+pub(crate) const REJECTIONS: [(Stage, &str); Rejection::COUNT] = [
+    (Stage::Draws, "rejected: too few points"),
+    (Stage::Solution, "rejected: degenerate"),
+    (Stage::Invariants, "rejected: no real ellipsoid"),
+    (Stage::Size, "rejected: size"),
+    (Stage::Score, "rejected: support"),
+];
+
+/// Records what the core shows to its observers.
+pub(crate) struct CoreObserver<'a> {
+    pub(crate) recorder: &'a mut Recorder,
+    /// Limits of the semi-axes, for the size check of every hypothesis.
+    pub(crate) limits: [f32; 2],
+}
+
+impl CoreObserver<'_> {
+    fn missed(&mut self, report: &VarsacReport) {
+        self.recorder.integers(Stage::Detection, "missed", core_report(report));
+    }
+
+    fn ellipsoid(&mut self, e: &Ellipsoid) {
+        let [a, b, c] = &e.axes;
+        self.recorder.floats(
+            Stage::Ellipsoid,
+            "ellipsoid",
+            &[e.centre.coords.as_slice(), &e.semi_axes, a, b, c],
+        );
+        self.recorder.floats(Stage::Attitude, "attitude", &[&e.quaternion_xyzw(), &e.attitude_rad()]);
+    }
+
+    /// Everything that follows from a shape: eigenpairs, semi-axes, axes, attitude.
+    pub(crate) fn shape(&mut self, surface: &CentralQuadric) {
+        let eigen = jacobi::eigen(&surface.shape);
+        let [a, b, c] = &eigen.vectors;
+        self.recorder.floats(Stage::Eigenpairs, "eigenpairs", &[&eigen.values, a, b, c]);
+        self.ellipsoid(&Ellipsoid::from(surface));
+    }
+}
+
+impl Observer for CoreObserver<'_> {
+    fn seed_point(&mut self, index: u16) {
+        self.recorder.integers(Stage::Draws, "seed point", [u32::from(index)]);
+    }
+
+    fn neighbourhood(&mut self, members: &[u16]) {
+        self.recorder.integers(Stage::Neighbourhood, "members", members.iter().map(|&m| u32::from(m)));
+    }
+
+    fn sample(&mut self, members: &[u16]) {
+        self.recorder.integers(Stage::Draws, "sample", members.iter().map(|&m| u32::from(m)));
+    }
+
+    fn normal_equations(&mut self, matrix: &Symmetric9, rhs: &[f32; 9]) {
+        self.recorder.floats(Stage::NormalMatrix, "normal equations", &[&matrix.0, rhs]);
+    }
+
+    fn solution(&mut self, x: &[f32; 9]) {
+        self.recorder.floats(Stage::Solution, "solution", &[x]);
+    }
+
+    fn quadric(&mut self, q: &Quadric) {
+        let numbers = [q.a11, q.a22, q.a33, q.a12, q.a13, q.a23, q.a14, q.a24, q.a34, q.a44];
+        self.recorder.floats(Stage::Quadric, "quadric", &[&numbers]);
+        let i = q.invariants();
+        self.recorder.floats(Stage::Invariants, "invariants", &[&[i.i1, i.i2, i.i3, i.i4]]);
+    }
+
+    fn hypothesis(&mut self, surface: &CentralQuadric) {
+        let (centre, shape) = (&surface.centre, shape_numbers(&surface.shape));
+        self.recorder.floats(Stage::Hypothesis, "surface", &[centre.coords.as_slice(), &shape]);
+        self.shape(surface);
+        let accepted = surface.semi_axes_within(self.limits[0], self.limits[1]);
+        self.recorder.integers(Stage::Size, "size accepted", [u32::from(accepted)]);
+    }
+
+    fn rejected(&mut self, reason: Rejection) {
+        let (stage, name) = REJECTIONS[reason as usize];
+        self.recorder.integers(stage, name, []);
+    }
+
+    fn score(&mut self, score: Score) {
+        self.recorder.integers(Stage::Score, "score", [score.inliers, score.candidates]);
+    }
+
+    fn bound(&mut self, trials: u32) {
+        self.recorder.integers(Stage::Bound, "bound", [trials]);
+    }
+
+    fn refit(&mut self, surface: &CentralQuadric) {
+        let (centre, shape) = (&surface.centre, shape_numbers(&surface.shape));
+        self.recorder.floats(Stage::Refit, "surface", &[centre.coords.as_slice(), &shape]);
+    }
+
+    fn detection(&mut self, detection: &Detection) {
+        self.ellipsoid(&detection.ellipsoid);
+        let Score { inliers, candidates } = detection.score;
+        let numbers = [u32::from(detection.target), inliers, candidates];
+        self.recorder.integers(
+            Stage::Detection,
+            "detection",
+            numbers.into_iter().chain(core_report(&detection.report)),
+        );
+    }
+}
+
+fn shape_numbers(s: &Symmetric3) -> [f32; 6] {
+    [s.xx, s.yy, s.zz, s.xy, s.xz, s.yz]
+}
+
+fn core_report(report: &VarsacReport) -> [u32; 10] {
+    let [too_few_points, degenerate, not_ellipsoid, size, support] = report.rejections;
+    [
+        report.trials,
+        too_few_points,
+        degenerate,
+        not_ellipsoid,
+        size,
+        support,
+        report.scored,
+        report.bound,
+        report.support.inliers,
+        report.support.candidates,
+    ]
+}

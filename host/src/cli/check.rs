@@ -1,0 +1,40 @@
+//! `varsac check`: the recorded inputs to clouds, the rest is [`crate::check`].
+
+use std::path::Path;
+
+use super::Outcome;
+use crate::{
+    backproject::PointOptions,
+    check::{CheckArgs, RecordedCloud},
+    cloud::Cloud,
+    decimate::decimate,
+    error::InputError,
+    frame::Frame,
+    fruit::Fruit,
+    locate::{REGION_CAPACITY, RegionSource, region_clouds},
+    segment::preset,
+};
+
+/// Runs the command. A difference ends with exit code 1.
+pub(super) fn run(args: &CheckArgs) -> Result<Outcome, InputError> {
+    let mut recorded = Vec::new();
+    for path in &args.inputs {
+        read(path, &mut recorded)?;
+    }
+    Ok(if args.execute(recorded) { Outcome::Found } else { Outcome::NothingFound })
+}
+
+/// The clouds of one input: of a frame, those of its regions of jujube colour.
+fn read(path: &Path, recorded: &mut Vec<RecordedCloud>) -> Result<(), InputError> {
+    let name = path.display().to_string();
+    let clouds = if path.is_dir() {
+        let colour = RegionSource::Colour(preset(Fruit::Jujube.name()));
+        region_clouds(&name, &Frame::read(path)?, &colour, &PointOptions::default())?
+    } else {
+        vec![Cloud::read(path, None)?.points_mm]
+    };
+    for cloud in clouds {
+        recorded.push(RecordedCloud { name: name.clone(), points: decimate(&cloud, REGION_CAPACITY).points });
+    }
+    Ok(())
+}

@@ -1,0 +1,436 @@
+//! The main job: from a frame or a cloud to a list of located fruit.
+//!
+//! A frame is segmented by colour (or by a given mask) into regions of the colour image; the depth pixels of each
+//! region become points; each region is a cloud of its own and is searched on its own, regions side by side. A cloud
+//! given as such is one region. Results are in the order of the regions, and within a region in the order found.
+
+use std::time::{Duration, Instant};
+
+use rayon::prelude::*;
+use serde::Serialize;
+use varsac_core::{
+    CentralQuadric, Config, Constraint, Detector, Ellipsoid, Point3, Rejection, Score, Workspace, fit,
+    tebc::Shell,
+};
+
+use crate::{
+    backproject::{Pinhole, PointOptions, View},
+    baseline::{RansacOptions, ransac},
+    cloud::Cloud,
+    decimate::decimate,
+    error::InputError,
+    frame::{Frame, Geometry},
+    image::LabelImage,
+    kinect::Registration,
+    segment::{self, Regions, SegmentOptions},
+};
+
+/// Points a cloud may have: what 16-bit indices can name.
+pub const MAX_CAPACITY: usize = varsac_core::point::MAX_POINTS;
+/// Points a region of a frame may have unless said otherwise. A region with more of them shows a fruit that is near, or
+/// a depth image that was enlarged to the colour image's size: either way it has neighbouring points to spare.
+pub const REGION_CAPACITY: usize = 1024;
+
+/// How an ellipsoid is searched for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Method {
+    /// The paper's: variable sample consensus, counting between two ellipsoids, least squares.
+    Varsac,
+    /// The paper's baseline: nine points, distance and normal.
+    Ransac,
+    /// Least squares on all points of a region.
+    Direct,
+}
+
+impl Method {
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Varsac => "varsac",
+            Self::Ransac => "ransac",
+            Self::Direct => "direct",
+        }
+    }
+}
+
+/// Where the regions of a frame come from.
+#[derive(Debug, Clone)]
+pub enum RegionSource {
+    /// The colour of the fruit.
+    Colour(SegmentOptions),
+    /// The frame's own `mask.png`: connected regions.
+    Mask,
+    /// The frame's own `instances.png`: a region a value.
+    Instances,
+    /// A mask from elsewhere; more than one non-zero value makes it an instance image.
+    Given(LabelImage),
+}
+
+/// What to do with each input.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// Search method.
+    pub method: Method,
+    /// Configuration of the search; the baselines take their limits, radius, trials and constraint from it too.
+    pub config: Config,
+    /// Where the regions of a frame come from.
+    pub regions: RegionSource,
+    /// Which depth pixels become points.
+    pub points: PointOptions,
+    /// Seed of every region's search.
+    pub seed: u64,
+    /// Points a region of a frame may have; larger ones are thinned.
+    pub region_capacity: usize,
+    /// Points a cloud may have; larger ones are thinned.
+    pub cloud_capacity: usize,
+}
+
+/// Why a target is not to be trusted.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Refusal {
+    /// What was tested.
+    pub code: &'static str,
+    /// The value found.
+    pub value: f32,
+    /// The limit it broke.
+    pub limit: f32,
+}
+
+impl std::fmt::Display for Refusal {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "refused: {} {:.2} (limit {:.2})", self.code, self.value, self.limit)
+    }
+}
+
+/// A located fruit.
+#[derive(Debug, Clone)]
+pub struct Target {
+    /// Region it was found in, 1 for the first.
+    pub region: u32,
+    /// Nothing when accepted.
+    pub refusal: Option<Refusal>,
+    /// Centre, semi-axes, axes; camera frame, millimetres.
+    pub ellipsoid: Ellipsoid,
+    /// Inliers among the points that were still unclaimed.
+    pub score: Score,
+    /// Trials of its search.
+    pub trials: u32,
+}
+
+/// What was found in one input.
+#[derive(Debug, Clone)]
+pub struct Located {
+    /// The input as named by the user.
+    pub input: String,
+    /// Name of the frame or cloud.
+    pub name: String,
+    /// Method used.
+    pub method: Method,
+    /// Seed used.
+    pub seed: u64,
+    /// All points searched, region after region.
+    pub points: Vec<Point3>,
+    /// For each point 0, or the number of the target (from 1, in the order of `targets`) that claimed it.
+    pub labels: Vec<u32>,
+    /// What was found.
+    pub targets: Vec<Target>,
+    /// What a user should know: points thinned, points without measurement.
+    pub notes: Vec<String>,
+    /// Segmentation, back-projection and search; not reading.
+    pub elapsed: Duration,
+}
+
+/// The camera of a frame, with what has to be kept alive for a [`View`] of it.
+#[derive(Debug)]
+pub enum Camera {
+    /// Colour and depth share one pinhole camera.
+    Shared(Pinhole),
+    /// A Kinect v2 pair with its registered depth.
+    Kinect(Box<(Registration, crate::kinect::RegisteredDepth)>),
+}
+
+impl Camera {
+    /// The camera of `frame`; registers the depth of a Kinect pair.
+    ///
+    /// # Errors
+    /// Intrinsics that describe no camera, or depth of another size than the device's.
+    pub fn of(frame: &Frame) -> Result<Self, InputError> {
+        match &frame.geometry {
+            Geometry::Registered(i) => Ok(Self::Shared(Pinhole::new(i.fx, i.fy, i.cx, i.cy)?)),
+            Geometry::Factory(calibration) => {
+                let registration = Registration::new(calibration);
+                let registered = registration.register(&frame.depth_mm)?;
+                Ok(Self::Kinect(Box::new((registration, registered))))
+            }
+        }
+    }
+
+    /// Where the colour image was seen from, millimetres, in the frame of the points.
+    pub fn colour_centre_mm(&self) -> [f64; 3] {
+        match self {
+            Self::Shared(_) => [0.0; 3],
+            Self::Kinect(pair) => pair.0.colour_camera().centre_mm(),
+        }
+    }
+
+    /// How `frame`'s pixels and points relate.
+    pub fn view<'a>(&'a self, frame: &'a Frame) -> View<'a> {
+        match self {
+            Self::Shared(camera) => View::Registered { depth: &frame.depth_mm, camera: *camera },
+            Self::Kinect(pair) => View::Kinect { registration: &pair.0, depth: &pair.1 },
+        }
+    }
+}
+
+/// Who searches the regions of an input.
+pub trait Searcher {
+    /// Searches each cloud; the results in their order.
+    ///
+    /// # Errors
+    /// A cloud or a configuration that cannot be searched.
+    fn search(&mut self, clouds: &[Vec<Point3>], options: &Options) -> Result<Vec<Found>, InputError>;
+}
+
+/// This program, all regions side by side.
+#[derive(Debug, Clone, Copy)]
+pub struct Here;
+
+impl Searcher for Here {
+    fn search(&mut self, clouds: &[Vec<Point3>], options: &Options) -> Result<Vec<Found>, InputError> {
+        let detector = detector(options)?;
+        clouds.par_iter().map(|cloud| search_region(cloud, &detector, options)).collect()
+    }
+}
+
+/// The detector of these options.
+///
+/// # Errors
+/// A configuration out of range.
+pub fn detector(options: &Options) -> Result<Detector, InputError> {
+    Detector::new(options.config.clone())
+        .map_err(|error| InputError::at("configuration", error.to_string(), "change the option that sets it"))
+}
+
+/// Locates fruit in a frame.
+///
+/// # Errors
+/// A mask that is asked for and missing or of the wrong size, intrinsics that describe no camera, a configuration out of range.
+pub fn locate_frame(input: &str, frame: &Frame, options: &Options) -> Result<Located, InputError> {
+    locate_frame_with(&mut Here, input, frame, options)
+}
+
+/// [`locate_frame`], searched by somebody else.
+///
+/// # Errors
+/// As [`locate_frame`], and the searcher's.
+pub fn locate_frame_with(
+    searcher: &mut dyn Searcher,
+    input: &str,
+    frame: &Frame,
+    options: &Options,
+) -> Result<Located, InputError> {
+    let started = Instant::now();
+    let clouds = region_clouds(input, frame, &options.regions, &options.points)?;
+    search(
+        &Work { input, name: &frame.name, capacity: options.region_capacity, started },
+        searcher,
+        &clouds,
+        Vec::new(),
+        options,
+    )
+}
+
+/// The points of each region of a frame, in the order of the regions.
+///
+/// # Errors
+/// As [`locate_frame`].
+pub fn region_clouds(
+    input: &str,
+    frame: &Frame,
+    source: &RegionSource,
+    options: &PointOptions,
+) -> Result<Vec<Vec<Point3>>, InputError> {
+    let camera = Camera::of(frame)?;
+    let regions = regions_of(input, frame, source)?;
+    let points = camera.view(frame).points(&regions, options)?;
+    Ok(points.iter().map(|region| region.iter().map(|p| p.point_mm).collect()).collect())
+}
+
+/// Locates fruit in a cloud.
+///
+/// # Errors
+/// A configuration out of range.
+pub fn locate_cloud(input: &str, cloud: Cloud, options: &Options) -> Result<Located, InputError> {
+    locate_cloud_with(&mut Here, input, cloud, options)
+}
+
+/// [`locate_cloud`], searched by somebody else.
+///
+/// # Errors
+/// As [`locate_cloud`], and the searcher's.
+pub fn locate_cloud_with(
+    searcher: &mut dyn Searcher,
+    input: &str,
+    cloud: Cloud,
+    options: &Options,
+) -> Result<Located, InputError> {
+    let started = Instant::now();
+    let notes = match cloud.dropped {
+        0 => Vec::new(),
+        n => vec![format!("{n} points of the file carry no measurement")],
+    };
+    let work = Work { input, name: &cloud.name, capacity: options.cloud_capacity, started };
+    search(&work, searcher, &[cloud.points_mm], notes, options)
+}
+
+fn regions_of(input: &str, frame: &Frame, source: &RegionSource) -> Result<Regions, InputError> {
+    let all = segment::AreaLimits::ALL;
+    let missing = |file: &str| {
+        InputError::at(
+            input,
+            format!("has no {file}"),
+            "leave out --regions to segment by colour, or give --mask FILE",
+        )
+    };
+    match source {
+        RegionSource::Colour(options) => segment::segment(&frame.colour, options),
+        RegionSource::Mask => {
+            let mask = frame.mask.as_ref().ok_or_else(|| missing("mask.png"))?;
+            Ok(segment::regions::connected_regions(mask, all))
+        }
+        RegionSource::Instances => {
+            let instances = frame.instances.as_ref().ok_or_else(|| missing("instances.png"))?;
+            Ok(segment::regions::instance_regions(instances, all))
+        }
+        RegionSource::Given(mask) => {
+            let mut values = mask.pixels.iter().filter(|&&value| value != 0);
+            let first = values.next();
+            Ok(match first {
+                Some(first) if values.any(|value| value != first) => {
+                    segment::regions::instance_regions(mask, all)
+                }
+                _ => segment::regions::connected_regions(mask, all),
+            })
+        }
+    }
+}
+
+/// What is searched, for the results and the clock.
+struct Work<'a> {
+    input: &'a str,
+    name: &'a str,
+    capacity: usize,
+    started: Instant,
+}
+
+/// Searches each cloud and puts the results together.
+fn search(
+    work: &Work<'_>,
+    searcher: &mut dyn Searcher,
+    clouds: &[Vec<Point3>],
+    mut notes: Vec<String>,
+    options: &Options,
+) -> Result<Located, InputError> {
+    let capacity = work.capacity.min(MAX_CAPACITY);
+    let mut thinned = Vec::with_capacity(clouds.len());
+    for (k, cloud) in clouds.iter().enumerate() {
+        let kept = decimate(cloud, capacity);
+        notes.extend(kept.is_thinned().then(|| format!("region {}: {kept}", k + 1)));
+        thinned.push(kept.points);
+    }
+    let found = searcher.search(&thinned, options)?;
+
+    let mut located = Located {
+        input: work.input.to_owned(),
+        name: work.name.to_owned(),
+        method: options.method,
+        seed: options.seed,
+        points: Vec::new(),
+        labels: Vec::new(),
+        targets: Vec::new(),
+        notes: Vec::new(),
+        elapsed: Duration::ZERO,
+    };
+    for (k, (points, (targets, labels))) in thinned.into_iter().zip(found).enumerate() {
+        let before = located.targets.len() as u32;
+        located.points.extend(points);
+        located.labels.extend(labels.iter().map(|&label| if label == 0 { 0 } else { before + label }));
+        located.targets.extend(targets.into_iter().map(|target| Target { region: k as u32 + 1, ..target }));
+    }
+    located.notes = notes;
+    located.elapsed = work.started.elapsed();
+    Ok(located)
+}
+
+/// Targets of one region and the label of each of its points.
+pub type Found = (Vec<Target>, Vec<u32>);
+
+fn search_region(cloud: &[Point3], detector: &Detector, options: &Options) -> Result<Found, InputError> {
+    match options.method {
+        Method::Varsac => {
+            let mut workspace = RegionWorkspace::new(cloud.len());
+            let mut run = detector.detect(cloud, workspace.scratch(), options.seed).map_err(|error| {
+                InputError::at("cloud", error.to_string(), "check the unit (--unit) and the file")
+            })?;
+            let targets = run.by_ref().map(|d| target(d.ellipsoid, d.score, d.report.trials)).collect();
+            Ok((targets, run.labels().iter().map(|&label| u32::from(label)).collect()))
+        }
+        Method::Ransac => {
+            let points: Vec<[f32; 3]> = cloud.iter().map(|p| [p.x, p.y, p.z]).collect();
+            let found = ransac(&points, &RansacOptions::from(&options.config), options.seed);
+            let mut labels = vec![0; cloud.len()];
+            let mut targets = Vec::new();
+            for (k, one) in found.iter().enumerate() {
+                for &index in &one.inliers {
+                    labels[index as usize] = k as u32 + 1;
+                }
+                let score = Score { inliers: one.inliers.len() as u32, candidates: one.candidates as u32 };
+                targets.push(target(Ellipsoid::from(&one.ellipsoid), score, one.trials));
+            }
+            Ok((targets, labels))
+        }
+        Method::Direct => Ok(direct(cloud, options.config.constraint, options.config.shell)),
+    }
+}
+
+fn target(ellipsoid: Ellipsoid, score: Score, trials: u32) -> Target {
+    Target { region: 0, refusal: None, ellipsoid, score, trials }
+}
+
+/// Least squares on all points, without any size check (paper, Table 4 and 6). All points are its own; the score is
+/// counted with the same shell as everybody's.
+fn direct(cloud: &[Point3], constraint: Constraint, shell: f32) -> Found {
+    let Ok(surface) = fit_all(cloud, constraint) else { return (Vec::new(), vec![0; cloud.len()]) };
+    let shell = Shell::new(&surface, shell);
+    let labels: Vec<u32> = cloud.iter().map(|point| u32::from(shell.contains(point))).collect();
+    let score = Score { inliers: labels.iter().sum(), candidates: cloud.len() as u32 };
+    (vec![target(Ellipsoid::from(&surface), score, 1)], labels)
+}
+
+/// The core's fit on a whole cloud.
+///
+/// # Errors
+/// Why it is no ellipsoid.
+pub fn fit_all(cloud: &[Point3], constraint: Constraint) -> Result<CentralQuadric, Rejection> {
+    let all: Vec<u16> = (0..cloud.len().min(MAX_CAPACITY)).map(|index| index as u16).collect();
+    fit::fit(cloud, &all, constraint)
+}
+
+/// A workspace of a fitting size, on the heap; most regions are small.
+enum RegionWorkspace {
+    Small(Box<Workspace<4096>>),
+    Large(Box<Workspace<MAX_CAPACITY>>),
+}
+
+impl RegionWorkspace {
+    fn new(points: usize) -> Self {
+        if points <= 4096 { Self::Small(Box::default()) } else { Self::Large(Box::default()) }
+    }
+
+    fn scratch(&mut self) -> varsac_core::Scratch<'_> {
+        match self {
+            Self::Small(workspace) => workspace.scratch(),
+            Self::Large(workspace) => workspace.scratch(),
+        }
+    }
+}

@@ -1,0 +1,299 @@
+//! The command `varsac` as its users meet it: exit codes, sentences, JSON, files.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use serde_json::Value;
+use varsac_host::frame::{Frame, Geometry, Intrinsics, png_file};
+use varsac_host::image::{ColourImage, DepthImage, Image};
+
+/// Runs the program in `folder`.
+fn varsac(folder: &Path, args: &[&str], stdin: &str) -> Output {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_varsac"))
+        .args(args)
+        .current_dir(folder)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // The program may end before it reads everything.
+    let _ = child.stdin.take().unwrap().write_all(stdin.as_bytes());
+    child.wait_with_output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+/// A folder of its own.
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+/// The whole surface of an ellipsoid 22 x 12 x 11 at (10, -20, 700), as csv.
+fn fruit_csv(points: u32) -> String {
+    let mut csv = String::from("x,y,z\n");
+    for k in 0..points {
+        let w = 1.0 - 2.0 * (f64::from(k) + 0.5) / f64::from(points);
+        let (r, turn) = ((1.0 - w * w).sqrt(), 2.4 * f64::from(k));
+        let _ = writeln!(
+            csv,
+            "{:.4},{:.4},{:.4}",
+            10.0 + 22.0 * r * turn.cos(),
+            12.0 * r * turn.sin() - 20.0,
+            700.0 + 11.0 * w
+        );
+    }
+    csv
+}
+
+/// A small registered frame: one red ellipsoid before a grey wall.
+fn frame() -> Frame {
+    let (width, height) = (160, 120);
+    let mut colour = ColourImage::filled(width, height, [90, 90, 90]);
+    let mut depth_mm = DepthImage::filled(width, height, 900.0);
+    for v in 0..height as i64 {
+        for u in 0..width as i64 {
+            let (x, y) = ((u - 80) as f32 / 365.0, (v - 60) as f32 / 365.0);
+            // Ray (x, y, 1) t against the ellipsoid 22 x 11 x 11 at (0, 0, 600).
+            let (a, b, c) =
+                (x * x / 484.0 + y * y / 121.0 + 1.0 / 121.0, 600.0 / 121.0, 600.0 * 600.0 / 121.0 - 1.0);
+            let discriminant = b * b - a * c;
+            if discriminant > 0.0 {
+                colour.set(u, v, [170, 30, 25]);
+                depth_mm.set(u, v, ((b - discriminant.sqrt()) / a).round());
+            }
+        }
+    }
+    let intrinsics = Intrinsics { fx: 365.0, fy: 365.0, cx: 80.0, cy: 60.0, width, height };
+    let geometry = Geometry::Registered(intrinsics);
+    Frame { name: "small".to_owned(), colour, depth_mm, geometry, mask: None, instances: None }
+}
+
+fn written_frame(folder: &Path) -> PathBuf {
+    let path = folder.join("small");
+    frame().write(&path).unwrap();
+    path
+}
+
+/// The program refuses: exit code 2, one sentence with all of `words`, nothing on standard output, no panic.
+fn refuses(folder: &Path, args: &[&str], stdin: &str, words: &[&str]) {
+    let before = listing(folder);
+    let output = varsac(folder, args, stdin);
+    let (stdout, stderr) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(2), "{args:?}: {stdout}{stderr}");
+    assert_eq!(stdout, "", "{args:?}");
+    assert!(!stderr.contains("panicked"), "{args:?}: {stderr}");
+    for word in words {
+        assert!(stderr.contains(word), "{args:?}: no {word:?} in {stderr}");
+    }
+    assert_eq!(listing(folder), before, "{args:?} left a file behind");
+}
+
+fn listing(folder: &Path) -> Vec<PathBuf> {
+    let mut files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    files
+}
+
+/// The program runs and finds nothing: exit code 1.
+fn finds_nothing(folder: &Path, args: &[&str], stdin: &str) {
+    let output = varsac(folder, args, stdin);
+    let both = text(&output.stdout) + &text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{args:?}: {both}");
+    assert!(both.contains("nothing found"), "{args:?}: {both}");
+}
+
+#[test]
+fn a_cloud_on_standard_input_becomes_json() {
+    let folder = folder();
+    let output = varsac(folder.path(), &["locate", "-", "--json", "--seed", "7"], &fruit_csv(400));
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let report: Value = serde_json::from_str(&text(&output.stdout)).unwrap();
+    assert_eq!((report["input"].as_str(), report["points"].as_u64()), (Some("-"), Some(400)));
+    let fruit = &report["detections"][0];
+    assert_eq!(fruit["status"], "accepted");
+    assert_eq!(fruit["refusal"], Value::Null);
+    for (value, expected) in fruit["centre_mm"].as_array().unwrap().iter().zip([10.0, -20.0, 700.0]) {
+        assert!((value.as_f64().unwrap() - expected).abs() < 0.05, "{fruit}");
+    }
+    for (value, expected) in fruit["semi_axes_mm"].as_array().unwrap().iter().zip([22.0, 12.0, 11.0]) {
+        assert!((value.as_f64().unwrap() - expected).abs() < 0.05, "{fruit}");
+    }
+    let bits = fruit["bits"].as_str().unwrap();
+    assert_eq!(bits.len(), 16);
+    let again = varsac(folder.path(), &["locate", "-", "--json", "--seed", "7"], &fruit_csv(400));
+    assert!(text(&again.stdout).contains(bits), "the same seed gives the same bits");
+}
+
+#[test]
+fn every_seed_is_valid() {
+    let folder = folder();
+    for seed in ["0", "18446744073709551615"] {
+        let output = varsac(folder.path(), &["locate", "-", "--seed", seed], &fruit_csv(400));
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    }
+}
+
+#[test]
+fn a_frame_becomes_a_table_a_picture_and_a_coloured_cloud() {
+    let folder = folder();
+    written_frame(folder.path());
+    let args = ["locate", "small", "--draw", "found.png", "--cloud-out", "found.ply"];
+    let output = varsac(folder.path(), &args, "");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(text(&output.stdout).contains("1 target"), "{}", text(&output.stdout));
+    let picture = png_file::read(&folder.path().join("found.png"), png_file::decode_colour).unwrap();
+    assert!(picture.width >= 160 && picture.height >= 120);
+    let cloud = varsac(folder.path(), &["locate", "found.ply"], "");
+    assert_eq!(cloud.status.code(), Some(0), "the coloured cloud is a cloud: {}", text(&cloud.stderr));
+}
+
+#[test]
+fn several_inputs_keep_their_order_and_get_files_of_their_own() {
+    let folder = folder();
+    for name in ["one", "two", "three"] {
+        std::fs::write(folder.path().join(format!("{name}.csv")), fruit_csv(300)).unwrap();
+    }
+    let args = ["locate", "two.csv", "one.csv", "three.csv", "--json", "--draw", "p.png"];
+    let output = varsac(folder.path(), &args, "");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let inputs: Vec<String> = text(&output.stdout)
+        .lines()
+        .map(|line| serde_json::from_str::<Value>(line).unwrap()["input"].as_str().unwrap().to_owned())
+        .collect();
+    assert_eq!(inputs, ["two.csv", "one.csv", "three.csv"]);
+    for name in ["p-one.png", "p-two.png", "p-three.png"] {
+        assert!(folder.path().join(name).exists(), "{name}");
+    }
+    // One unreadable input does not keep the others from being worked on.
+    let output = varsac(folder.path(), &["locate", "two.csv", "gone.csv", "one.csv", "--json"], "");
+    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(text(&output.stdout).lines().count(), 2);
+}
+
+#[test]
+fn unreadable_files_are_named() {
+    let folder = folder();
+    let at = folder.path();
+    refuses(at, &["locate", "gone.ply"], "", &["gone.ply"]);
+    refuses(at, &["locate", "-"], "1,2,3\n4,nan,6\n7,8,9\n", &["NaN"]);
+    refuses(at, &["locate", "-"], "1,2,3\n4,5,inf\n", &["inf"]);
+    refuses(at, &["locate", "-"], "", &["standard input"]);
+    refuses(at, &["locate", "-"], "x,y,z\n", &["standard input"]);
+    std::fs::write(
+        at.join("huge.ply"),
+        "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\nproperty float z\nend_header\nabc",
+    )
+    .unwrap();
+    refuses(at, &["locate", "huge.ply"], "", &["huge.ply", "4000000000"]);
+    std::fs::write(
+        at.join("a.pcd"),
+        "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 9\n",
+    )
+    .unwrap();
+    refuses(at, &["locate", "a.pcd"], "", &["a.pcd"]);
+}
+
+#[test]
+fn unusable_frames_are_named() {
+    let folder = folder();
+    let small = written_frame(folder.path());
+    let at = folder.path();
+    refuses(at, &["locate", "small", "--regions", "mask"], "", &["mask.png"]);
+    refuses(at, &["locate", "small", "--draw", "no/such/folder/p.png"], "", &["p.png"]);
+
+    let depth = small.join("depth.png");
+    let good = std::fs::read(&depth).unwrap();
+    std::fs::write(&depth, &good[..good.len() / 2]).unwrap();
+    refuses(at, &["locate", "small"], "", &["depth.png"]);
+    std::fs::write(&depth, png_file::encode_labels(&Image::filled(160, 120, 7_u8)).unwrap()).unwrap();
+    refuses(at, &["locate", "small"], "", &["depth.png", "16"]);
+    std::fs::write(&depth, png_file::encode_counts(&Image::filled(80, 60, 700_u16)).unwrap()).unwrap();
+    refuses(at, &["locate", "small"], "", &["160 x 120", "80 x 60", "calibration.json"]);
+    std::fs::write(&depth, &good).unwrap();
+    std::fs::remove_file(small.join("intrinsics.json")).unwrap();
+    refuses(at, &["locate", "small"], "", &["intrinsics.json"]);
+}
+
+#[test]
+fn impossible_options_name_field_value_and_range() {
+    let folder = folder();
+    let at = folder.path();
+    let cases: [(&[&str], &[&str]); 12] = [
+        (&["--semi-axes", "24..9"], &["semi-axes", "larger than"]),
+        (&["--semi-axes", "9..inf"], &["semi-axes", "inf"]),
+        (&["--semi-axes", "nan..9"], &["semi-axes", "NaN"]),
+        (&["--semi-axes", "nine"], &["MIN..MAX"]),
+        (&["--sizes", "8"], &["sizes", "8", "9 to 32"]),
+        (&["--confidence", "0"], &["confidence", "above 0 and below 1"]),
+        (&["--confidence", "1"], &["confidence", "above 0 and below 1"]),
+        (&["--shell", "1.5"], &["shell", "1.5"]),
+        (&["--radius", "0"], &["radius", "0"]),
+        (&["--max-trials", "0"], &["max-trials", "1 to 1000000"]),
+        (&["--capacity", "70000"], &["capacity", "65535"]),
+        (&["--hue", "10..400"], &["400", "360"]),
+    ];
+    for (options, words) in cases {
+        let mut args = vec!["locate", "-"];
+        args.extend(options);
+        refuses(at, &args, &fruit_csv(100), words);
+    }
+}
+
+#[test]
+fn degenerate_clouds_find_nothing() {
+    let folder = folder();
+    let at = folder.path();
+    let lines = |point: &dyn Fn(u32) -> String| (0..100).map(point).collect::<Vec<_>>().join("\n");
+    finds_nothing(at, &["locate", "-"], &lines(&|_| "1,2,700".to_owned()));
+    finds_nothing(at, &["locate", "-"], &lines(&|k| format!("{k},{k},{}", 700 + k)));
+    finds_nothing(at, &["locate", "-"], &lines(&|k| format!("{},{},700", k % 10, k / 10)));
+    finds_nothing(at, &["locate", "-"], "1,2,3\n4,5,6\n7,8,10\n");
+    for method in ["direct", "ransac"] {
+        finds_nothing(
+            at,
+            &["locate", "-", "--method", method],
+            &lines(&|k| format!("{},{},700", k % 10, k / 10)),
+        );
+    }
+}
+
+#[test]
+fn too_many_points_are_thinned_and_that_is_said() {
+    let folder = folder();
+    let output = varsac(folder.path(), &["locate", "-", "--capacity", "500"], &fruit_csv(3000));
+    assert_eq!(output.status.code(), Some(0));
+    assert!(text(&output.stdout).contains("kept 500 of 3000 points"), "{}", text(&output.stdout));
+}
+
+#[test]
+fn help_and_completions_are_there() {
+    let folder = folder();
+    let help = varsac(folder.path(), &["locate", "--help"], "");
+    assert_eq!(help.status.code(), Some(0));
+    assert!(text(&help.stdout).contains("--cloud-out"));
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let output = varsac(folder.path(), &["completions", shell], "");
+        assert_eq!(output.status.code(), Some(0));
+        assert!(text(&output.stdout).contains("locate"), "{shell}");
+    }
+}
+
+#[test]
+fn the_demonstration_finds_fruit_and_draws_it() {
+    let folder = folder();
+    let output = varsac(folder.path(), &[], "");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let stdout = text(&output.stdout);
+    assert!(stdout.contains("varsac-demo.png") && stdout.contains(" 0 false"), "{stdout}");
+    let picture = png_file::read(&folder.path().join("varsac-demo.png"), png_file::decode_colour).unwrap();
+    assert_eq!(picture.width, 1920);
+    let saved = varsac(folder.path(), &["demo", "--save-frame", "frame"], "");
+    assert_eq!(saved.status.code(), Some(0), "{}", text(&saved.stderr));
+    let located = varsac(folder.path(), &["locate", "frame"], "");
+    assert_eq!(located.status.code(), Some(0), "{}", text(&located.stderr));
+}

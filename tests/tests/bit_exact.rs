@@ -1,0 +1,94 @@
+//! The core computes what the numeric contract says, to the last bit: core against reference over every family of
+//! inputs, and proof that the comparison fails where one side rounds once or breaks one tie differently.
+
+use varsac_core::Point3;
+use varsac_host::check::{self, Family, Options, Outcome, RecordedCloud, Stage};
+use varsac_reference::{Fault, inject};
+
+fn options(cases: u32, seed: u64) -> Options {
+    Options { cases, seed, ..Options::default() }
+}
+
+/// A check on `threads` threads, with the reference making a mistake on all of them.
+fn check_with(fault: Option<Fault>, threads: usize, options: &Options) -> Outcome {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .start_handler(move |_| inject(fault))
+        .build()
+        .expect("a pool of threads")
+        .install(|| check::run(options))
+}
+
+#[test]
+fn core_and_reference_agree_in_every_bit() {
+    let outcome = check::run(&options(1000, 1));
+    assert!(outcome.difference.is_none(), "{outcome}");
+    // No stage is agreed upon because it never happened. A refused cloud is the rarest result.
+    for ((stage, plural), count) in Stage::ALL.into_iter().zip(outcome.counts) {
+        assert!(count >= 5, "only {count} {plural} in {stage}");
+    }
+    assert!(outcome.fits() >= 20_000, "{outcome}");
+}
+
+#[test]
+fn the_outcome_is_the_same_on_one_thread_and_on_many() {
+    let options = options(200, 2);
+    assert_eq!(check_with(None, 1, &options), check_with(None, 4, &options));
+    let fault = Some(Fault::Invariants);
+    assert_eq!(check_with(fault, 1, &options), check_with(fault, 4, &options));
+}
+
+#[test]
+fn a_fault_in_any_stage_is_caught_and_the_stage_is_named() {
+    for (fault, stage) in [
+        (Fault::Draws, Stage::Draws),
+        (Fault::Neighbourhood, Stage::Neighbourhood),
+        (Fault::NormalMatrix, Stage::NormalMatrix),
+        (Fault::Solution, Stage::Solution),
+        (Fault::Quadric, Stage::Quadric),
+        (Fault::Invariants, Stage::Invariants),
+        (Fault::Hypothesis, Stage::Hypothesis),
+        (Fault::Eigenpairs, Stage::Eigenpairs),
+        (Fault::Ellipsoid, Stage::Ellipsoid),
+        (Fault::Attitude, Stage::Attitude),
+        (Fault::Size, Stage::Size),
+        (Fault::Score, Stage::Score),
+        (Fault::Bound, Stage::Bound),
+        (Fault::Best, Stage::Bound),
+        (Fault::Refit, Stage::Refit),
+        (Fault::Detection, Stage::Detection),
+        (Fault::Labels, Stage::Labels),
+    ] {
+        for seed in 1..4 {
+            let outcome = check_with(Some(fault), 1, &options(200, seed));
+            let found =
+                outcome.difference.unwrap_or_else(|| panic!("{fault:?} is not caught with seed {seed}"));
+            assert_eq!(found.stage, stage, "{fault:?}, seed {seed}: {found}");
+            assert_ne!(found.core, found.reference, "{fault:?}, seed {seed}");
+            assert_eq!(found.replay, format!("varsac check --seed {seed} --case {}", found.case));
+
+            // The replay of the case shows the same difference while the fault is there, and none without it.
+            let replay = Options { case: Some(found.case as u32), ..options(1, seed) };
+            assert_eq!(check_with(Some(fault), 1, &replay).difference, Some(found));
+            assert_eq!(check_with(None, 1, &replay).difference, None);
+        }
+    }
+}
+
+#[test]
+fn recorded_clouds_are_searched_and_named_in_the_replay() {
+    // A spiral over the front of a jujube, 22 x 11 x 11 mm, 700 mm away.
+    let points = (0..200).map(|k| {
+        let depth = 1.0 - (k as f32 + 0.5) / 200.0;
+        let (sin, cos) = (2.4 * k as f32).sin_cos();
+        let rim = (1.0 - depth * depth).sqrt();
+        Point3::new(22.0 * rim * cos, 11.0 * rim * sin, 700.0 - 11.0 * depth)
+    });
+    let recorded = vec![RecordedCloud { name: "spiral.ply".to_owned(), points: points.collect() }];
+    let replay = Options { recorded, case: Some(3), ..options(1, 8) };
+    let outcome = check_with(None, 1, &replay);
+    assert!(outcome.difference.is_none() && outcome.fits() > 0, "{outcome}");
+    let found = check_with(Some(Fault::NormalMatrix), 1, &replay).difference.expect("a difference");
+    assert_eq!((found.family, found.case), (Family::Recorded, 3));
+    assert_eq!(found.replay, "varsac check --seed 8 --case 3 spiral.ply");
+}

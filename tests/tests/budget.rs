@@ -1,0 +1,147 @@
+//! What the core costs on a board: code, memory, stack, instructions. Each figure is printed, held by a golden file
+//! (`tests/golden/budget.txt`, see [`varsac_tests::golden`]) and below a limit.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Duration;
+
+use varsac_core::{Point3, Workspace};
+use varsac_firmware_sim::app::Memory;
+use varsac_firmware_sim::board::{BOARDS, Board, by_name};
+use varsac_host::simulate::emulator;
+use varsac_host::simulate::firmware::{Program, build};
+use varsac_tests::golden::{self, Figures};
+
+const KIB: u64 = 1024;
+
+/// Functions of the library that a program with the paper's search alone calls, and all of them.
+const SEARCH: [&str; 2] = ["varsac_config_preset", "varsac_detect"];
+const EVERYTHING: [&str; 7] = [
+    "varsac_begin",
+    "varsac_config_preset",
+    "varsac_config_problem",
+    "varsac_detect",
+    "varsac_status_text",
+    "varsac_step",
+    "varsac_version",
+];
+
+fn tool(name: &str, arguments: &[&str]) -> String {
+    let output = Command::new(name).args(arguments).output().unwrap_or_else(|error| {
+        panic!("{name} cannot be started ({error}); install it with `apt-get install gcc-arm-none-eabi`")
+    });
+    assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn library(board: &Board, opt_level: &str) -> PathBuf {
+    build(board, Program::Library, Some(opt_level)).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Code and constants of a program that calls `functions` of the library, all that they need included. It links only
+/// if no panic can be reached.
+fn linked_size(library: &Path, functions: &[&str]) -> u64 {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let program = folder.path().join("program.elf");
+    let (library, program) = (library.display().to_string(), program.display().to_string());
+    let mut arguments = vec!["--gc-sections", "-e", functions[0]];
+    for function in functions {
+        arguments.extend(["-u", function]);
+    }
+    arguments.extend([library.as_str(), "-o", program.as_str()]);
+    tool("arm-none-eabi-ld", &arguments);
+    let sizes = tool("arm-none-eabi-size", &[&program]);
+    let figures: Vec<u64> = sizes
+        .lines()
+        .nth(1)
+        .unwrap_or_default()
+        .split_whitespace()
+        .map_while(|word| word.parse().ok())
+        .collect();
+    assert!(figures.len() >= 3, "{sizes}");
+    assert_eq!(figures[1..3], [0, 0], "the library has no variables of its own");
+    figures[0]
+}
+
+#[test]
+fn the_core_fits_its_budget() {
+    let mut figures = Figures::new();
+    sizes(&mut figures);
+    memory(&mut figures);
+    for board in &BOARDS {
+        counts(board, &mut figures);
+    }
+    golden::check("budget", "what the core costs on the boards: bytes and instructions", &figures);
+
+    // The limits that were promised.
+    let at_most = |name: &str, limit: u64| {
+        let value = figures[name];
+        assert!(value <= limit, "{name} is {value}, above {limit}");
+    };
+    for level in ["s", "2"] {
+        at_most(&format!("m4f.O{level}.search_bytes"), 32 * KIB);
+        at_most(&format!("m4f.O{level}.everything_bytes"), 64 * KIB);
+    }
+    at_most("memory.bytes_per_point", 17);
+    at_most("m4f.tebc_point_x100", 4000);
+    for board in &BOARDS {
+        at_most(&format!("{}.stack_bytes", board.name), 4 * KIB);
+    }
+}
+
+fn sizes(figures: &mut Figures) {
+    for board in &BOARDS {
+        let levels: &[&str] = if board.name == "m4f" { &["s", "2"] } else { &["2"] };
+        for level in levels {
+            let library = library(board, level);
+            figures.insert(format!("{}.O{level}.search_bytes", board.name), linked_size(&library, &SEARCH));
+            figures.insert(
+                format!("{}.O{level}.everything_bytes", board.name),
+                linked_size(&library, &EVERYTHING),
+            );
+        }
+    }
+}
+
+fn memory(figures: &mut Figures) {
+    let bytes_per_point = |bytes: usize, points: usize| bytes.div_ceil(points) as u64;
+    figures.insert(
+        "memory.bytes_per_point".into(),
+        bytes_per_point(size_of::<Workspace<4096>>() + size_of::<[Point3; 4096]>(), 4096),
+    );
+    // On this machine; pointers are half as long on the boards.
+    let constant = size_of::<Memory<4096>>() - 17 * 4096;
+    figures.insert("memory.firmware_constant_bytes_host".into(), constant as u64);
+}
+
+fn counts(board: &Board, figures: &mut Figures) {
+    let elf = build(board, Program::Prove, None).unwrap_or_else(|error| panic!("{error}"));
+    let (text, code) = emulator::run(board, &elf, &["counts"], true, Duration::from_secs(120))
+        .unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(code, 0, "{}: {text}", board.name);
+    for line in text.lines() {
+        let (name, value) = line.split_once(' ').unwrap_or_else(|| panic!("{}: {line}", board.name));
+        figures.insert(format!("{}.{name}", board.name), value.parse().unwrap_or_else(|_| panic!("{line}")));
+    }
+}
+
+#[test]
+fn the_library_has_no_panic_no_allocator_and_no_formatting() {
+    let library = library(by_name("m4f").unwrap(), "2");
+    let symbols = tool("arm-none-eabi-nm", &["--no-sort", &library.display().to_string()]);
+    // The archive's first object is all of the Rust code; the others are the compiler's own arithmetic, of which a
+    // program gets what it calls.
+    let ours = symbols
+        .split("\n\n")
+        .find(|object| object.contains(" T varsac_detect"))
+        .expect("the library's object");
+    for forbidden in ["panic", "alloc", "fmt", "unwind", "varsac_a_panic_can_be_reached"] {
+        let found: Vec<&str> = ours.lines().filter(|line| line.contains(forbidden)).collect();
+        assert!(found.is_empty(), "{forbidden}: {found:?}");
+    }
+    let undefined: Vec<&str> = ours.lines().filter_map(|line| line.trim().strip_prefix("U ")).collect();
+    println!("the library calls only: {undefined:?}");
+    let arithmetic =
+        |name: &&str| name.starts_with("__aeabi_") || name.starts_with("mem") || name.starts_with("__");
+    assert!(undefined.iter().all(arithmetic), "{undefined:?}");
+}

@@ -1,0 +1,156 @@
+//! The library for C: its example on this machine and on an emulated Cortex-M4F, with the same output to the last
+//! bit; and the manifests that other build systems read.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::time::Duration;
+
+use varsac_firmware_sim::board::by_name;
+use varsac_host::simulate::emulator;
+use varsac_host::simulate::firmware::{Program, build, workspace};
+
+fn capi() -> PathBuf {
+    workspace().join("core/capi")
+}
+
+fn run(command: &mut Command, install: &str) -> Output {
+    let output = command.output().unwrap_or_else(|error| {
+        let program = command.get_program().display();
+        panic!("{program} cannot be started ({error}); install it with `apt-get install {install}`")
+    });
+    assert!(output.status.success(), "{command:?}:\n{}", String::from_utf8_lossy(&output.stderr));
+    output
+}
+
+/// Strict C, and no fused multiply-add: the example makes its own cloud.
+const FLAGS: [&str; 7] =
+    ["-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O2", "-ffp-contract=off"];
+
+fn on_this_machine(folder: &Path) -> String {
+    let mut cargo = Command::new("cargo");
+    cargo.args(["build", "--quiet", "--package", "varsac-capi", "--profile", "firmware", "--target-dir"]);
+    cargo.arg(workspace().join("target/firmware")).current_dir(workspace()).env_remove("RUSTFLAGS");
+    run(&mut cargo, "cargo");
+    let program = folder.join("find_fruit");
+    let mut gcc = Command::new("cc");
+    gcc.args(FLAGS).arg("-I").arg(capi().join("include")).arg(capi().join("example/find_fruit.c"));
+    gcc.arg(workspace().join("target/firmware/firmware/libvarsac.a"))
+        .args(["-lm", "-lpthread", "-ldl", "-o"])
+        .arg(&program);
+    run(&mut gcc, "gcc");
+    String::from_utf8_lossy(&run(&mut Command::new(&program), "gcc").stdout).into_owned()
+}
+
+fn on_the_board(folder: &Path) -> String {
+    let m4f = by_name("m4f").unwrap();
+    let library = build(m4f, Program::Library, None).unwrap_or_else(|error| panic!("{error}"));
+    let (program, example) = (folder.join("find_fruit.elf"), capi().join("example"));
+    let mut gcc = Command::new("arm-none-eabi-gcc");
+    gcc.args(FLAGS).args([
+        "-mcpu=cortex-m4",
+        "-mthumb",
+        "-mfloat-abi=hard",
+        "-mfpu=fpv4-sp-d16",
+        "--specs=rdimon.specs",
+    ]);
+    gcc.arg("-I").arg(capi().join("include")).arg("-T").arg(example.join("cortex-m/mps2.ld"));
+    gcc.arg(example.join("cortex-m/startup.c")).arg(example.join("find_fruit.c")).arg(&library);
+    gcc.args(["-Wl,--gc-sections", "-o"]).arg(&program);
+    run(&mut gcc, "gcc-arm-none-eabi libnewlib-arm-none-eabi");
+    let (text, code) = emulator::run(m4f, &program, &[], false, Duration::from_secs(60))
+        .unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(code, 0, "{text}");
+    text
+}
+
+#[test]
+fn the_c_example_prints_the_same_bits_here_and_on_a_cortex_m4f() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let here = on_this_machine(folder.path());
+    println!("{here}");
+    assert!(here.contains("found 1\n"), "{here}");
+    assert!(here.contains("step by step: the same bits"), "{here}");
+    assert!(here.contains("a shell of 2: a field of the configuration is out of range"), "{here}");
+    let there = on_the_board(folder.path());
+    assert_eq!(here, there.replace('\r', ""));
+}
+
+#[test]
+fn the_header_is_c_and_cpp() {
+    let header = capi().join("include/varsac.h");
+    for (compiler, language, standard) in [("cc", "c", "-std=c11"), ("c++", "c++", "-std=c++11")] {
+        let mut command = Command::new(compiler);
+        command.args([
+            standard,
+            "-Wall",
+            "-Wextra",
+            "-Wpedantic",
+            "-Werror",
+            "-fsyntax-only",
+            "-x",
+            language,
+        ]);
+        run(command.arg(&header), "gcc g++");
+    }
+}
+
+#[test]
+fn versions_agree() {
+    let [major, minor, patch] = varsac_core::VERSION;
+    let header = std::fs::read_to_string(capi().join("include/varsac.h")).unwrap();
+    let expected = format!("#define VARSAC_VERSION VARSAC_VERSION_OF({major}, {minor}, {patch})");
+    assert!(header.contains(&expected), "the header lacks: {expected}");
+    let manifest = std::fs::read_to_string(capi().join("library.json")).unwrap();
+    assert!(manifest.contains(&format!("\"version\": \"{major}.{minor}.{patch}\"")), "{manifest}");
+}
+
+/// The identifiers right before an opening parenthesis that are names of the library.
+fn functions(text: &str) -> Vec<String> {
+    let part_of_a_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let before = text.split('(').map(|piece| piece.rsplit(|c| !part_of_a_name(c)).next().unwrap_or_default());
+    let mut names: Vec<String> =
+        before.filter(|name| name.starts_with("varsac_")).map(str::to_owned).collect();
+    names.sort();
+    names.dedup();
+    names
+}
+
+#[test]
+fn every_function_of_the_header_is_in_the_library_and_the_other_way_round() {
+    let header = std::fs::read_to_string(capi().join("include/varsac.h")).unwrap();
+    let mut exported = String::new();
+    for name in ["lib.rs", "search.rs", "text.rs"] {
+        let source = std::fs::read_to_string(capi().join("src").join(name)).unwrap();
+        exported.extend(
+            source.lines().filter(|line| line.starts_with("pub") && line.contains("extern \"C\" fn")),
+        );
+    }
+    assert_eq!(functions(&header), functions(&exported));
+    assert_eq!(functions(&exported).len(), 7);
+}
+
+#[test]
+fn the_manifests_of_other_build_systems_name_files_that_exist() {
+    let json: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(capi().join("library.json")).unwrap()).unwrap();
+    let folder = capi();
+    let exists = |path: &str| assert!(folder.join(path).exists(), "{path} is named and missing");
+    exists(&format!(
+        "{}/{}",
+        json["build"]["includeDir"].as_str().unwrap(),
+        json["headers"].as_str().unwrap()
+    ));
+    exists(json["build"]["extraScript"].as_str().unwrap());
+    let example = &json["examples"][0];
+    exists(&format!("{}/{}", example["base"].as_str().unwrap(), example["files"][0].as_str().unwrap()));
+
+    // Two levels of `key: value`: no need of a YAML library.
+    let module = std::fs::read_to_string(capi().join("zephyr/module.yml")).unwrap();
+    let value = |key: &str| {
+        let line = module.lines().map(str::trim).find_map(|line| line.strip_prefix(key)?.strip_prefix(": "));
+        line.unwrap_or_else(|| panic!("module.yml lacks {key}"))
+    };
+    assert_eq!(value("name"), "varsac");
+    exists(&format!("{}/CMakeLists.txt", value("cmake")));
+    exists(value("kconfig"));
+}
