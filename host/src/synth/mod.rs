@@ -13,7 +13,6 @@ mod foliage;
 pub mod fruit;
 mod leaves;
 pub mod noise;
-pub mod onesided;
 pub mod render;
 pub mod scene;
 mod sensor;
