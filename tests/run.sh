@@ -72,7 +72,7 @@ if [ $fast = no ]; then
 fi
 part "core alone, debug" cargo test -q -p varsac-core
 part "core alone, release" cargo test -q -p varsac-core --release
-part "core with serde" cargo test -q -p varsac-core --release --features serde
+part "core with serde and defmt" cargo test -q -p varsac-core --release --features serde,defmt
 part "core compiled for this processor" env RUSTFLAGS="-C target-cpu=native" CARGO_TARGET_DIR=target/native cargo test -q -p varsac-core --release
 part "core for every target" core_for_every_target
 part "everything together" cargo test -q --workspace --release
