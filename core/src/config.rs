@@ -2,7 +2,13 @@
 
 use heapless::Vec;
 
-use crate::Constraint;
+use crate::{
+    Constraint,
+    accept::Gate,
+    covariance::Inflation,
+    prior::SizePrior,
+    residual::{Noise, Viewpoint},
+};
 
 /// Largest sample a hypothesis may be made from.
 pub const MAX_SAMPLE: usize = 32;
@@ -50,6 +56,71 @@ pub struct Config {
     pub max_failures: u8,
     /// How the least squares fix the scale of the quadric.
     pub constraint: Constraint,
+    /// Which search.
+    pub method: Method,
+    /// What the default search needs; the fields above other than `max_targets` and `max_failures` steer the paper's.
+    pub map: MapConfig,
+}
+
+/// The two searches: one loop, one configuration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Method {
+    /// The most probable fruit of known size behind one-sided points.
+    Map,
+    /// Algorithm 1 of the paper with TEBC.
+    #[default]
+    Varsac,
+}
+
+/// What the default search may be told.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct MapConfig {
+    /// Size of the fruit and its spread.
+    pub prior: SizePrior,
+    /// Noise of the camera.
+    pub noise: Noise,
+    /// From where the points were seen.
+    pub viewpoint: Viewpoint,
+    /// Pitch of the points, rad: one over the focal length in pixels where each pixel is a point.
+    pub pixel_rad: f32,
+    /// Standard deviation of the displacement common to all outline rays, pixels.
+    pub outline_offset_px: f32,
+    /// Hypotheses per target. 1 to 1000.
+    pub hypotheses: u16,
+    /// Gauss-Newton steps of a hypothesis.
+    pub hypothesis_steps: u8,
+    /// Hypotheses kept for refinement.
+    pub kept: u8,
+    /// Gauss-Newton steps of each of them.
+    pub refine_steps: u8,
+    /// Gauss-Newton steps of the best.
+    pub final_steps: u8,
+    /// Inflation of the covariance.
+    pub inflation: Inflation,
+    /// Limits of acceptance.
+    pub gate: Gate,
+}
+
+impl MapConfig {
+    /// Jujubes before a Kinect v2.
+    pub const JUJUBE: Self = Self {
+        prior: SizePrior::JUJUBE,
+        noise: Noise { axial_mm: 1.0, lateral_rad: 0.001 },
+        viewpoint: Viewpoint::Origin,
+        pixel_rad: 1.0 / 365.456,
+        outline_offset_px: 0.15,
+        hypotheses: 24,
+        hypothesis_steps: 3,
+        kept: 4,
+        refine_steps: 8,
+        final_steps: 5,
+        inflation: Inflation { base: 0.75, per_conflict: 0.2, per_clutter: 5.0 },
+        gate: Gate::BALANCED,
+    };
 }
 
 /// The field, its value and what is allowed.
@@ -106,6 +177,8 @@ impl Config {
             max_targets: 16,
             max_failures: 1,
             constraint: Constraint::A11,
+            method: Method::Varsac,
+            map: MapConfig::JUJUBE,
         }
     }
 

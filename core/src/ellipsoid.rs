@@ -35,7 +35,7 @@ impl From<&CentralQuadric> for Ellipsoid {
 }
 
 /// Applies the sign rule of this module to three orthogonal unit vectors.
-fn right_handed(axes: [[f32; 3]; 3]) -> [[f32; 3]; 3] {
+pub(crate) fn right_handed(axes: [[f32; 3]; 3]) -> [[f32; 3]; 3] {
     let [a, b, c] = axes;
     let a = with_positive_largest(a);
     let b = with_positive_largest(b);

@@ -47,7 +47,18 @@
 //! runs this crate. No feature changes a bit of a result.
 #![no_std]
 
+pub mod accept;
 mod config;
+pub mod covariance;
+mod hypothesis;
+mod map;
+mod moments;
+pub mod outline;
+pub mod prior;
+pub mod refine;
+pub mod residual;
+mod size;
+pub mod visibility;
 mod detect;
 mod ellipsoid;
 pub mod fit;
@@ -66,8 +77,8 @@ pub mod trials;
 mod varsac;
 mod workspace;
 
-pub use config::{Config, ConfigError, MAX_REFITS, MAX_SAMPLE, MAX_SIZES, MAX_TARGETS, MAX_TRIALS};
-pub use detect::{Detection, Detections, Detector, Finish, Step};
+pub use config::{Config, MapConfig, Method, ConfigError, MAX_REFITS, MAX_SAMPLE, MAX_SIZES, MAX_TARGETS, MAX_TRIALS};
+pub use detect::{Status, View, Detection, Detections, Detector, Finish, Step};
 pub use ellipsoid::Ellipsoid;
 pub use fit::Constraint;
 pub use observe::Observer;

@@ -34,6 +34,7 @@ pub mod fruit;
 pub mod image;
 pub mod kinect;
 pub mod locate;
+pub mod outline;
 pub mod picture;
 pub mod ply_out;
 pub mod report;

@@ -13,6 +13,7 @@ mod foliage;
 pub mod fruit;
 mod leaves;
 pub mod noise;
+pub mod onesided;
 pub mod render;
 pub mod scene;
 mod sensor;

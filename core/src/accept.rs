@@ -1,0 +1,203 @@
+//! Accept or refuse: each test has a physical meaning, a value and a limit.
+//!
+//! A robot reaches for what is accepted. What the picture does not carry is refused with the first test it fails, in
+//! the order of [`RefusalCode`].
+
+use crate::{Ellipsoid, jacobi::Symmetric3};
+
+/// Why a target is refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum RefusalCode {
+    /// Fewer points explained than the limit.
+    FewPoints,
+    /// The points want another size than the prior allows: a chi-squared of three degrees of freedom.
+    SizeConflict,
+    /// The view does not tell the size: relative standard deviation of the whole size from the view alone.
+    SizeUnknown,
+    /// Another fit a little aside explains nearly as much: its share of the score.
+    Ambiguous,
+    /// The outline does not fit: mean of `min(|f|, 3)` over the outline rays.
+    Outline,
+    /// Too little of it is seen: explained over predicted pixels.
+    Visible,
+    /// Too much of it has another colour: share of the explained points outside the mask.
+    Colour,
+    /// The centre is too uncertain: its largest standard deviation, mm.
+    Uncertain,
+    /// The points are as well a plane: rms distance from the best plane over that from the model.
+    Flat,
+    /// Too much is seen through it: points seen through over points explained.
+    Through,
+    /// It shares volume with a target found before: contact function, 1 = touching.
+    SharedVolume,
+    /// The normal equations are singular; no value.
+    Singular,
+}
+
+/// A failed test: for some codes the value is above the limit, for others below.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Refusal {
+    /// Which test.
+    pub code: RefusalCode,
+    /// What was measured.
+    pub value: f32,
+    /// What is allowed.
+    pub limit: f32,
+}
+
+/// Limits of the tests; infinity (or zero, for lower limits) switches a test off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Gate {
+    /// Explained points at least.
+    pub min_points: u16,
+    /// Upper limit of [`RefusalCode::SizeConflict`].
+    pub size_conflict: f32,
+    /// Upper limit of [`RefusalCode::SizeUnknown`].
+    pub size_unknown: f32,
+    /// Upper limit of [`RefusalCode::Ambiguous`].
+    pub ambiguous: f32,
+    /// Upper limit of [`RefusalCode::Outline`], where there are at least six rays.
+    pub outline: f32,
+    /// Lower limit of [`RefusalCode::Visible`].
+    pub visible: f32,
+    /// Upper limit of [`RefusalCode::Colour`].
+    pub colour: f32,
+    /// Upper limit of [`RefusalCode::Uncertain`], mm.
+    pub uncertain_mm: f32,
+    /// Lower limit of [`RefusalCode::Flat`].
+    pub flat: f32,
+    /// Upper limit of [`RefusalCode::Through`].
+    pub through: f32,
+    /// Lower limit of [`RefusalCode::SharedVolume`].
+    pub shared_volume: f32,
+}
+
+impl Gate {
+    /// The default.
+    pub const BALANCED: Self = Self {
+        min_points: 20,
+        size_conflict: 10.0,
+        size_unknown: 0.115,
+        ambiguous: 0.94,
+        outline: 1.0,
+        visible: 0.40,
+        colour: 0.36,
+        uncertain_mm: 1.8,
+        flat: 1.3,
+        through: 0.15,
+        shared_volume: 0.75,
+    };
+}
+
+/// What the tests look at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Findings {
+    /// Points explained.
+    pub explained: u16,
+    /// Points seen through.
+    pub through: u16,
+    /// Conflict of the view with the size prior, chi-squared of three degrees of freedom.
+    pub size_conflict: f32,
+    /// Relative standard deviation of the whole size as the view alone tells it.
+    pub size_sigma: f32,
+    /// Score of the best rival over the score.
+    pub rival: f32,
+    /// Outline rays that can be the model's.
+    pub outline_rays: u16,
+    /// Mean of `min(|f|, 3)` over them.
+    pub outline: f32,
+    /// Explained over predicted pixels.
+    pub visible: f32,
+    /// Share of the explained points outside the mask.
+    pub colour: f32,
+    /// Largest standard deviation of the centre, mm; infinite when the normal equations are singular.
+    pub sigma_mm: f32,
+    /// Rms distance from the best plane over that from the model.
+    pub flat: f32,
+    /// Contact function with the nearest target found before; infinite without one.
+    pub separation: f32,
+    /// Points near the model that it does not explain, over those it does.
+    pub clutter: f32,
+}
+
+/// Outline rays needed for the outline test.
+pub const MIN_OUTLINE: u16 = 6;
+
+impl Gate {
+    /// The first test that fails, in the order of [`RefusalCode`].
+    pub fn refusal(&self, f: &Findings) -> Option<Refusal> {
+        let above = |code, value: f32, limit: f32| (!(value <= limit)).then_some(Refusal { code, value, limit });
+        let below = |code, value: f32, limit: f32| (!(value >= limit)).then_some(Refusal { code, value, limit });
+        let through = f32::from(f.through) / f32::from(f.explained).max(1.0);
+        below(RefusalCode::FewPoints, f32::from(f.explained), f32::from(self.min_points))
+            .or_else(|| above(RefusalCode::SizeConflict, f.size_conflict, self.size_conflict))
+            .or_else(|| above(RefusalCode::SizeUnknown, f.size_sigma, self.size_unknown))
+            .or_else(|| above(RefusalCode::Ambiguous, f.rival, self.ambiguous))
+            .or_else(|| {
+                if f.outline_rays < MIN_OUTLINE { None } else { above(RefusalCode::Outline, f.outline, self.outline) }
+            })
+            .or_else(|| below(RefusalCode::Visible, f.visible, self.visible))
+            .or_else(|| above(RefusalCode::Colour, f.colour, self.colour))
+            .or_else(|| above(RefusalCode::Uncertain, f.sigma_mm, self.uncertain_mm))
+            .or_else(|| below(RefusalCode::Flat, f.flat, self.flat))
+            .or_else(|| above(RefusalCode::Through, through, self.through))
+            .or_else(|| below(RefusalCode::SharedVolume, f.separation, self.shared_volume))
+    }
+}
+
+/// Points of the search for the maximum in [`contact_function`].
+const LAMBDAS: u32 = 15;
+
+/// How far two ellipsoids are apart: `sqrt(max over l in (0, 1) of l (1 - l) d^T [(1 - l) A + l B]^-1 d)` with `d` from
+/// centre to centre and `A = R_a^T diag(a^2, b^2, c^2) R_a`; 1 where they touch, smaller where they share volume (Perram
+/// and Wertheim 1985). The maximum is taken over `l = 1/16 .. 15/16`: a slightly smaller value, to the careful side.
+pub fn contact_function(first: &Ellipsoid, second: &Ellipsoid) -> f32 {
+    let d = [
+        second.centre.x - first.centre.x,
+        second.centre.y - first.centre.y,
+        second.centre.z - first.centre.z,
+    ];
+    let (a, b) = (extent(first), extent(second));
+    let mut largest = 0.0;
+    for k in 1..=LAMBDAS {
+        let l = k as f32 / (LAMBDAS + 1) as f32;
+        let m = 1.0 - l;
+        let mix = Symmetric3 {
+            xx: m * a.xx + l * b.xx,
+            yy: m * a.yy + l * b.yy,
+            zz: m * a.zz + l * b.zz,
+            xy: m * a.xy + l * b.xy,
+            xz: m * a.xz + l * b.xz,
+            yz: m * a.yz + l * b.yz,
+        };
+        let g = mix.adjugate().times(d);
+        let value = (l * m) * ((d[0] * g[0] + d[1] * g[1] + d[2] * g[2]) / mix.determinant());
+        if value > largest {
+            largest = value;
+        }
+    }
+    libm::sqrtf(largest)
+}
+
+/// `R^T diag(a^2, b^2, c^2) R`.
+fn extent(ellipsoid: &Ellipsoid) -> Symmetric3 {
+    let mut sum = Symmetric3::default();
+    for (semi_axis, r) in ellipsoid.semi_axes.iter().zip(ellipsoid.axes) {
+        let s = semi_axis * semi_axis;
+        sum.xx += s * (r[0] * r[0]);
+        sum.yy += s * (r[1] * r[1]);
+        sum.zz += s * (r[2] * r[2]);
+        sum.xy += s * (r[0] * r[1]);
+        sum.xz += s * (r[0] * r[2]);
+        sum.yz += s * (r[1] * r[2]);
+    }
+    sum
+}

@@ -1,0 +1,72 @@
+//! What is known of the size before looking: a normal distribution of the logarithms of the semi-axes.
+//!
+//! With `x = (ln a, ln b, ln c)`, `m` the logarithms of the mean semi-axes and standard deviations `s` the cost is
+//! `1/2 [ sum_k ((x_k - m_k) / s_k)^2 + ((x_1 - x_2 - m_1 + m_2) / s_ab)^2 + ((x_2 - x_3 - m_2 + m_3) / s_bc)^2 ]`
+//! `= 1/2 (x - m)^T P (x - m)`; `P` is the information, a symmetric 3x3 matrix made once. The two terms on ratios say
+//! that a fruit larger than the mean is larger in all directions. A one-sided view shows the far half of nothing:
+//! this is what holds it.
+
+use crate::jacobi::Symmetric3;
+
+/// Size of a kind of fruit: mean semi-axes in millimetres, longest first, and relative spreads.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct SizePrior {
+    /// Mean semi-axes `a >= b >= c`, millimetres.
+    pub semi_axes_mm: [f32; 3],
+    /// Standard deviations of `ln a, ln b, ln c`; 0.05 is 5 %.
+    pub spread: [f32; 3],
+    /// Standard deviation of `ln (a / b)`; infinity: no such term.
+    pub spread_ab: f32,
+    /// Standard deviation of `ln (b / c)`; infinity: no such term.
+    pub spread_bc: f32,
+}
+
+/// The prior in the form the fit uses: mean logarithms and information.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SizeTerm {
+    /// `m`.
+    pub mean_ln: [f32; 3],
+    /// `P`.
+    pub information: Symmetric3,
+}
+
+impl SizePrior {
+    /// Jujube: Lingwu long jujube, 22 x 11 x 11 mm.
+    pub const JUJUBE: Self =
+        Self { semi_axes_mm: [21.75, 10.9, 10.9], spread: [0.035, 0.06, 0.06], spread_ab: f32::INFINITY, spread_bc: 0.08 };
+
+    /// The same with another spread of the whole size.
+    pub const fn with_spread(self, spread: f32) -> Self {
+        Self { spread: [spread; 3], ..self }
+    }
+
+    /// Logarithms and information, computed once.
+    pub fn term(&self) -> SizeTerm {
+        let inverse_square = |s: f32| 1.0 / (s * s);
+        let [a, b, c] = self.spread.map(inverse_square);
+        let (ab, bc) = (inverse_square(self.spread_ab), inverse_square(self.spread_bc));
+        SizeTerm {
+            mean_ln: self.semi_axes_mm.map(libm::logf),
+            information: Symmetric3 { xx: a + ab, yy: (b + ab) + bc, zz: c + bc, xy: -ab, xz: 0.0, yz: -bc },
+        }
+    }
+}
+
+impl SizeTerm {
+    /// `x - m`.
+    #[inline]
+    pub fn departure(&self, ln_axes: &[f32; 3]) -> [f32; 3] {
+        let [a, b, c] = *ln_axes;
+        let [ma, mb, mc] = self.mean_ln;
+        [a - ma, b - mb, c - mc]
+    }
+
+    /// Twice the cost: `(x - m)^T P (x - m)`, summed a, b, c.
+    pub fn cost(&self, ln_axes: &[f32; 3]) -> f32 {
+        let d = self.departure(ln_axes);
+        let [a, b, c] = self.information.times(d);
+        d[0] * a + d[1] * b + d[2] * c
+    }
+}
