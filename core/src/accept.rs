@@ -134,15 +134,21 @@ pub const MIN_OUTLINE: u16 = 6;
 impl Gate {
     /// The first test that fails, in the order of [`RefusalCode`].
     pub fn refusal(&self, f: &Findings) -> Option<Refusal> {
-        let above = |code, value: f32, limit: f32| (!(value <= limit)).then_some(Refusal { code, value, limit });
-        let below = |code, value: f32, limit: f32| (!(value >= limit)).then_some(Refusal { code, value, limit });
+        let above =
+            |code, value: f32, limit: f32| (!(value <= limit)).then_some(Refusal { code, value, limit });
+        let below =
+            |code, value: f32, limit: f32| (!(value >= limit)).then_some(Refusal { code, value, limit });
         let through = f32::from(f.through) / f32::from(f.explained).max(1.0);
         below(RefusalCode::FewPoints, f32::from(f.explained), f32::from(self.min_points))
             .or_else(|| above(RefusalCode::SizeConflict, f.size_conflict, self.size_conflict))
             .or_else(|| above(RefusalCode::SizeUnknown, f.size_sigma, self.size_unknown))
             .or_else(|| above(RefusalCode::Ambiguous, f.rival, self.ambiguous))
             .or_else(|| {
-                if f.outline_rays < MIN_OUTLINE { None } else { above(RefusalCode::Outline, f.outline, self.outline) }
+                if f.outline_rays < MIN_OUTLINE {
+                    None
+                } else {
+                    above(RefusalCode::Outline, f.outline, self.outline)
+                }
             })
             .or_else(|| below(RefusalCode::Visible, f.visible, self.visible))
             .or_else(|| above(RefusalCode::Colour, f.colour, self.colour))

@@ -89,6 +89,8 @@ pub struct MapConfig {
     pub pixel_rad: f32,
     /// Standard deviation of the displacement common to all outline rays, pixels.
     pub outline_offset_px: f32,
+    /// Standard deviation of the boxiness of fruit of this kind.
+    pub boxiness: f32,
     /// Hypotheses per target. 1 to 1000.
     pub hypotheses: u16,
     /// Gauss-Newton steps of a hypothesis.
@@ -113,6 +115,7 @@ impl MapConfig {
         viewpoint: Viewpoint::Origin,
         pixel_rad: 1.0 / 365.456,
         outline_offset_px: 0.15,
+        boxiness: 0.06,
         hypotheses: 24,
         hypothesis_steps: 3,
         kept: 4,

@@ -7,7 +7,8 @@
 //! failed searches and trials are all bounded by the configuration.
 
 use crate::{
-    CentralQuadric, CloudError, Config, ConfigError, Ellipsoid, Method, Observer, Point3, Score, VarsacReport,
+    CentralQuadric, CloudError, Config, ConfigError, Ellipsoid, Method, Observer, Point3, Score,
+    VarsacReport,
     accept::{Findings, Refusal, RefusalCode, contact_function},
     covariance::Covariance,
     kdtree,
@@ -400,7 +401,8 @@ impl Detections<'_> {
         let shell = Shell::new(&surface, self.config.shell);
         let count = self.scratch.list_live(self.view.cloud, |point| shell.contains(point));
         let inliers = self.scratch.members.get(..count).unwrap_or(&[]);
-        self.phase = match valid_fit(self.config, self.view.cloud, inliers, self.config.constraint, observer) {
+        self.phase = match valid_fit(self.config, self.view.cloud, inliers, self.config.constraint, observer)
+        {
             Ok(better) if better != surface => {
                 observer.refit(&better);
                 Phase::Refit { surface: better, done: done + 1 }

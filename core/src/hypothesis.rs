@@ -106,11 +106,8 @@ fn start(
     let depth = local[0] * v[0] + local[1] * v[1] + local[2] * v[2];
     let reach = local[0] * local[0] + local[1] * local[1] + local[2] * local[2];
     let behind = viewpoint == Viewpoint::None || (depth > 0.3 * short && depth < 1.2 * long);
-    let offset = if determinant > 0.0 && behind && reach < long * long * 1.5 {
-        local
-    } else {
-        v.map(|x| x * short)
-    };
+    let offset =
+        if determinant > 0.0 && behind && reach < long * long * 1.5 { local } else { v.map(|x| x * short) };
     let eigen = jacobi::eigen(&shape);
     // Right-handed: turn the third axis if need be.
     let [a, b, _] = eigen.vectors;
@@ -119,5 +116,6 @@ fn start(
         centre: [seed.x + offset[0], seed.y + offset[1], seed.z + offset[2]],
         axes: [a, b, c],
         ln_axes: prior.mean_ln,
+        boxiness: 0.0,
     })
 }

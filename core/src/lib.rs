@@ -50,35 +50,38 @@
 pub mod accept;
 mod config;
 pub mod covariance;
-mod hypothesis;
-mod map;
-mod moments;
-pub mod outline;
-pub mod prior;
-pub mod refine;
-pub mod residual;
-mod size;
-pub mod visibility;
 mod detect;
 mod ellipsoid;
 pub mod fit;
+mod hypothesis;
 pub mod jacobi;
 pub mod kdtree;
 pub mod linalg;
 #[cfg(feature = "link")]
 pub mod link;
+mod map;
+mod moments;
+mod nuisance;
 mod observe;
 mod order;
+pub mod outline;
 pub mod point;
+pub mod prior;
 mod quadric;
+pub mod refine;
+pub mod residual;
 pub mod rng;
+mod size;
 pub mod tebc;
 pub mod trials;
 mod varsac;
+pub mod visibility;
 mod workspace;
 
-pub use config::{Config, MapConfig, Method, ConfigError, MAX_REFITS, MAX_SAMPLE, MAX_SIZES, MAX_TARGETS, MAX_TRIALS};
-pub use detect::{Status, View, Detection, Detections, Detector, Finish, Step};
+pub use config::{
+    Config, ConfigError, MAX_REFITS, MAX_SAMPLE, MAX_SIZES, MAX_TARGETS, MAX_TRIALS, MapConfig, Method,
+};
+pub use detect::{Detection, Detections, Detector, Finish, Status, Step, View};
 pub use ellipsoid::Ellipsoid;
 pub use fit::Constraint;
 pub use observe::Observer;

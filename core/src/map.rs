@@ -80,6 +80,7 @@ pub(crate) struct MapSearch {
     /// Points in `scratch.members`.
     members: usize,
     rival: f32,
+    boxiness: f32,
 }
 
 /// Sampling radius in units of the longest semi-axis.
@@ -113,8 +114,10 @@ impl MapSearch {
             viewpoint: map.viewpoint,
             window_mm: WINDOW * short,
             offset_rad: map.outline_offset_px * map.pixel_rad,
+            boxiness: 0.0,
         };
-        let loose = SizePrior { spread: [1.0; 3], spread_ab: f32::INFINITY, spread_bc: f32::INFINITY, ..map.prior };
+        let loose =
+            SizePrior { spread: [1.0; 3], spread_ab: f32::INFINITY, spread_bc: f32::INFINITY, ..map.prior };
         Self {
             report,
             stage: Stage::Hypotheses,
@@ -125,6 +128,7 @@ impl MapSearch {
             short,
             members: 0,
             rival: 0.0,
+            boxiness: map.boxiness,
         }
     }
 
@@ -202,7 +206,8 @@ impl MapSearch {
         let mut usable = 0;
         for k in 0..count {
             let index = scratch.members.get(k).copied().unwrap_or(0);
-            let live = scratch.labels.get(usize::from(index)) == Some(&0) && usize::from(index) < view.in_mask;
+            let live =
+                scratch.labels.get(usize::from(index)) == Some(&0) && usize::from(index) < view.in_mask;
             if live && let Some(slot) = scratch.members.get_mut(usable) {
                 *slot = index;
                 usable += 1;
@@ -232,7 +237,12 @@ impl MapSearch {
     }
 
     /// Lists the points within reach of the model.
-    fn gather<'a>(&mut self, view: &View<'a>, scratch: &'a mut Scratch<'_>, estimate: &Estimate) -> Evidence<'a> {
+    fn gather<'a>(
+        &mut self,
+        view: &View<'a>,
+        scratch: &'a mut Scratch<'_>,
+        estimate: &Estimate,
+    ) -> Evidence<'a> {
         let [x, y, z] = estimate.centre;
         self.members = list_within(view.cloud, scratch, &Point3::new(x, y, z), REACH * self.long);
         self.evidence(view, scratch)
@@ -272,11 +282,19 @@ impl MapSearch {
     }
 
     /// One step of one candidate; after the last of all the best goes on.
-    fn refine(&mut self, config: &Config, view: &View<'_>, scratch: &mut Scratch<'_>, candidate: u8, steps: u8) -> Progress {
+    fn refine(
+        &mut self,
+        config: &Config,
+        view: &View<'_>,
+        scratch: &mut Scratch<'_>,
+        candidate: u8,
+        steps: u8,
+    ) -> Progress {
         let Some(&Candidate { estimate, support }) = self.kept.get(usize::from(candidate)) else {
             return self.choose(view, scratch);
         };
-        let evidence = if steps == 0 { self.gather(view, scratch, &estimate) } else { self.evidence(view, scratch) };
+        let evidence =
+            if steps == 0 { self.gather(view, scratch, &estimate) } else { self.evidence(view, scratch) };
         let normal = evidence.normal(&estimate, &self.terms, REFINE_KERNEL);
         let next = estimate.step(&normal);
         let moved = next.unwrap_or(estimate);
@@ -327,15 +345,29 @@ impl MapSearch {
             }
         }
         self.rival = if best.support.score > 0.0 { rival / best.support.score } else { 1.0 };
-        self.report.support =
-            Score { inliers: u32::from(best.support.explained), candidates: u32::from(best.support.explained) + u32::from(best.support.through) };
+        self.report.support = Score {
+            inliers: u32::from(best.support.explained),
+            candidates: u32::from(best.support.explained) + u32::from(best.support.through),
+        };
         let evidence = self.gather(view, scratch, &best.estimate);
-        let terms = Terms { noise: shown_noise(&evidence, &best.estimate, &self.terms), ..self.terms };
+        let terms = Terms {
+            noise: shown_noise(&evidence, &best.estimate, &self.terms),
+            boxiness: self.boxiness,
+            ..self.terms
+        };
         self.stage = Stage::Final { estimate: best.estimate, terms, steps: 0 };
         Progress::Working
     }
 
-    fn finish(&mut self, config: &Config, view: &View<'_>, scratch: &mut Scratch<'_>, estimate: &Estimate, terms: &Terms, steps: u8) {
+    fn finish(
+        &mut self,
+        config: &Config,
+        view: &View<'_>,
+        scratch: &mut Scratch<'_>,
+        estimate: &Estimate,
+        terms: &Terms,
+        steps: u8,
+    ) {
         let evidence = self.evidence(view, scratch);
         let normal = evidence.normal(estimate, terms, FINAL_KERNEL);
         let next = estimate.step(&normal);
@@ -344,7 +376,11 @@ impl MapSearch {
         self.stage = if settled && steps > 2 || steps + 1 >= config.map.final_steps {
             Stage::Loose { best: moved, terms: *terms, free: moved, steps: 0 }
         } else {
-            let terms = if steps == 1 { Terms { noise: shown_noise(&evidence, &moved, &self.terms), ..self.terms } } else { *terms };
+            let terms = if steps == 1 {
+                Terms { noise: shown_noise(&evidence, &moved, &self.terms), ..*terms }
+            } else {
+                *terms
+            };
             Stage::Final { estimate: moved, terms, steps: steps + 1 }
         };
     }
@@ -374,11 +410,12 @@ impl MapSearch {
         }
         let normal = evidence.normal(best, terms, FINAL_KERNEL);
         let without = evidence.normal(free, &loose, FINAL_KERNEL);
-        let size =
-            size_evidence(&normal, &best.ln_axes, &without, &free.ln_axes, &terms.prior, &self.loose);
+        let size = size_evidence(&normal, &best.ln_axes, &without, &free.ln_axes, &terms.prior, &self.loose);
         let (ellipsoid, order) = best.sorted();
-        let Some(support) = evidence.support(best, &self.terms, f32::NEG_INFINITY) else { return Progress::Nothing };
-        let (outline_rays, outline) = outline_fit(&evidence, &ellipsoid, terms);
+        let Some(support) = evidence.support(best, &self.terms, f32::NEG_INFINITY) else {
+            return Progress::Nothing;
+        };
+        let (outline_rays, outline) = outline_fit(&evidence, &ellipsoid, best.boxiness, terms);
         let points = shape_of_points(&evidence, &ellipsoid, &self.terms, view.in_mask);
         let by = &config.map.inflation;
         let inflation = by.base + by.per_conflict * size.conflict + by.per_clutter * points.clutter;
@@ -508,14 +545,14 @@ fn shown_noise(evidence: &Evidence<'_>, estimate: &Estimate, terms: &Terms) -> N
 }
 
 /// Outline rays that can be the model's, and the mean of `min(|f|, 3)` over them.
-fn outline_fit(evidence: &Evidence<'_>, ellipsoid: &Ellipsoid, terms: &Terms) -> (u16, f32) {
+fn outline_fit(evidence: &Evidence<'_>, ellipsoid: &Ellipsoid, boxiness: f32, terms: &Terms) -> (u16, f32) {
     let model = RayModel::new(ellipsoid, &terms.noise, terms.viewpoint);
     let [long, _, short] = ellipsoid.semi_axes;
     let mut count = 0_u16;
     let mut sum = 0.0;
     for ray in evidence.outline {
         if let Some(touch) = ray.touch(&model, short, long, terms.noise.axial_mm) {
-            let size = libm::sqrtf(touch.square());
+            let size = libm::sqrtf(touch.square(boxiness));
             sum += if size < 3.0 { size } else { 3.0 };
             count += 1;
         }
@@ -536,7 +573,12 @@ struct PointShape {
 /// Unexplained points count as near within twice the window and `f^2 < 100`.
 const CLUTTER_CUT: f32 = 100.0;
 
-fn shape_of_points(evidence: &Evidence<'_>, ellipsoid: &Ellipsoid, terms: &Terms, in_mask: usize) -> PointShape {
+fn shape_of_points(
+    evidence: &Evidence<'_>,
+    ellipsoid: &Ellipsoid,
+    terms: &Terms,
+    in_mask: usize,
+) -> PointShape {
     let model = RayModel::new(ellipsoid, &terms.noise, terms.viewpoint);
     let c = ellipsoid.centre;
     let near_mm = 2.0 * terms.window_mm;

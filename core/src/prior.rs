@@ -34,8 +34,12 @@ pub struct SizeTerm {
 
 impl SizePrior {
     /// Jujube: Lingwu long jujube, 22 x 11 x 11 mm.
-    pub const JUJUBE: Self =
-        Self { semi_axes_mm: [21.75, 10.9, 10.9], spread: [0.035, 0.06, 0.06], spread_ab: f32::INFINITY, spread_bc: 0.08 };
+    pub const JUJUBE: Self = Self {
+        semi_axes_mm: [21.75, 10.9, 10.9],
+        spread: [0.035, 0.06, 0.06],
+        spread_ab: f32::INFINITY,
+        spread_bc: 0.08,
+    };
 
     /// The same with another spread of the whole size.
     pub const fn with_spread(self, spread: f32) -> Self {

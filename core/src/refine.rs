@@ -8,7 +8,8 @@ use crate::{
     Ellipsoid, Point3,
     linalg::{N, Symmetric9},
     moments::Moments,
-    outline::{Displacement, OutlineRay},
+    nuisance::{Follower, Nuisances, fullness},
+    outline::OutlineRay,
     point::at,
     prior::SizeTerm,
     residual::{Noise, RayModel, Viewpoint},
@@ -23,6 +24,8 @@ pub struct Estimate {
     pub axes: [[f32; 3]; 3],
     /// `ln a, ln b, ln c`.
     pub ln_axes: [f32; 3],
+    /// `k` of [`crate::nuisance`].
+    pub boxiness: f32,
 }
 
 /// Normal equations under construction.
@@ -32,6 +35,8 @@ pub struct Normal {
     pub matrix: Symmetric9,
     /// `g`.
     pub gradient: [f32; N],
+    /// What the boxiness does when the nine parameters move.
+    pub(crate) boxiness: Follower,
 }
 
 /// Added to the diagonal of the rotations, rad^-2: turning a spheroid about its long axis changes nothing it can be
@@ -47,12 +52,12 @@ const SIZE_LIMIT: f32 = 0.3;
 
 impl Normal {
     /// No information.
-    pub const ZERO: Self = Self { matrix: Symmetric9::ZERO, gradient: [0.0; N] };
+    pub const ZERO: Self = Self { matrix: Symmetric9::ZERO, gradient: [0.0; N], boxiness: Follower::STILL };
 
     /// From moments and the constants of the model.
     pub(crate) fn new(moments: &Moments, constants: &[f32; N]) -> Self {
         let (matrix, gradient) = moments.normal(constants);
-        Self { matrix, gradient }
+        Self { matrix, gradient, boxiness: Follower::STILL }
     }
 
     /// Adds one residual `F` with weight `w / var`.
@@ -129,6 +134,8 @@ pub(crate) struct Terms {
     pub(crate) window_mm: f32,
     /// Standard deviation of the displacement common to all outline rays.
     pub(crate) offset_rad: f32,
+    /// Standard deviation of the boxiness; 0: an ellipsoid.
+    pub(crate) boxiness: f32,
 }
 
 /// `3^2`, Geman-McClure on outline rays.
@@ -149,6 +156,7 @@ impl Evidence<'_> {
         let ellipsoid = estimate.ellipsoid();
         let model = RayModel::new(&ellipsoid, &terms.noise, terms.viewpoint);
         let mut moments = Moments::ZERO;
+        let mut nuisances = Nuisances::new([terms.offset_rad, terms.boxiness], estimate.boxiness);
         for &index in self.members {
             let mut contact = model.contact(&at(self.cloud, index));
             if contact.gap_mm > terms.window_mm {
@@ -159,24 +167,29 @@ impl Evidence<'_> {
             } else if !(contact.gap_mm >= -terms.window_mm && self.is_live(index)) {
                 continue;
             }
+            let phi = fullness(contact.u);
+            contact.value -= estimate.boxiness * phi;
             if let Some(weight) = kernel.weight(contact.square()) {
-                moments.add(contact.u, contact.value, weight / contact.variance);
+                let w = weight / contact.variance;
+                moments.add(contact.u, contact.value, w);
+                nuisances.add_point(contact.u, contact.value, w, phi);
             }
         }
         let [long, _, short] = ellipsoid.semi_axes;
-        let mut displacement = Displacement::new(terms.offset_rad);
         for ray in self.outline {
-            if let Some(touch) = ray.touch(&model, short, long, terms.noise.axial_mm)
-                && let Some(weight) = OUTLINE_KERNEL.weight(touch.square())
-            {
-                displacement.add(&mut moments, &touch, weight);
+            if let Some(touch) = ray.touch(&model, short, long, terms.noise.axial_mm) {
+                let phi = fullness(touch.u);
+                let value = touch.value - estimate.boxiness * phi;
+                if let Some(weight) = OUTLINE_KERNEL.weight((value * value) / touch.variance()) {
+                    let w = weight / touch.variance();
+                    moments.add(touch.u, value, w);
+                    nuisances.add_ray(touch.u, value, w, phi, touch.lever());
+                }
             }
         }
         let constants = model.constants();
         let mut normal = Normal::new(&moments, &constants);
-        if !self.outline.is_empty() {
-            displacement.eliminate(&mut normal, &constants);
-        }
+        nuisances.eliminate(&mut normal, &constants);
         normal.add_prior(&terms.prior, &estimate.ln_axes);
         normal
     }
@@ -240,6 +253,7 @@ impl Estimate {
             centre: moved(&self.centre, &self.axes, centre),
             axes: turned(&self.axes, rotation),
             ln_axes: [self.ln_axes[0] + sizes[0], self.ln_axes[1] + sizes[1], self.ln_axes[2] + sizes[2]],
+            boxiness: self.boxiness + normal.boxiness.follow(&d),
         };
         d.iter().all(|x| x.is_finite()).then_some(next)
     }

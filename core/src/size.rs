@@ -49,7 +49,12 @@ pub(crate) fn size_evidence(
 }
 
 /// `q1`; the loose prior stays, so that the equations have a solution whatever the view.
-fn gain_without_prior(normal: &Normal, ln_axes: &[f32; 3], tight: &SizeTerm, loose: &SizeTerm) -> Option<f32> {
+fn gain_without_prior(
+    normal: &Normal,
+    ln_axes: &[f32; 3],
+    tight: &SizeTerm,
+    loose: &SizeTerm,
+) -> Option<f32> {
     let d = tight.departure(ln_axes);
     let (p, l) = (&tight.information, &loose.information);
     let (pd, ld) = (p.times(d), l.times(d));

@@ -72,9 +72,9 @@ impl Evidence<'_> {
         let [long, _, short] = ellipsoid.semi_axes;
         for ray in self.outline {
             if let Some(touch) = ray.touch(&model, short, long, terms.noise.axial_mm)
-                && touch.square() < CUT
+                && touch.square(estimate.boxiness) < CUT
             {
-                support.score += OUTLINE_WORTH * (1.0 - touch.square() / CUT);
+                support.score += OUTLINE_WORTH * (1.0 - touch.square(estimate.boxiness) / CUT);
             }
         }
         let mut left = self.members.len() as f32;

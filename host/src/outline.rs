@@ -49,7 +49,8 @@ pub fn outline_rays(
                 if !inside.is_some_and(|z| (z - inner).abs() < step_mm) {
                     continue;
                 }
-                let Some((offset_px, sigma_px, outer_mm)) = walk(&at, (u, v), (du, dv), inner, step_mm) else {
+                let Some((offset_px, sigma_px, outer_mm)) = walk(&at, (u, v), (du, dv), inner, step_mm)
+                else {
                     continue;
                 };
                 let [x, y] = ray(u as f64 + offset_px * du as f64, v as f64 + offset_px * dv as f64);

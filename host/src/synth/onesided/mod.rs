@@ -38,8 +38,13 @@ pub enum Subject {
 }
 
 /// The jujube of the paper: 22 x 11 x 11 mm, spread as in the size prior.
-pub const JUJUBE: Subject =
-    Subject::Fruit { mean_mm: [21.75, 10.9, 10.9], sd_long: 0.035, sd_short: 0.042, sd_ratio: 0.058, exponent: 2.0 };
+pub const JUJUBE: Subject = Subject::Fruit {
+    mean_mm: [21.75, 10.9, 10.9],
+    sd_long: 0.035,
+    sd_short: 0.042,
+    sd_ratio: 0.058,
+    exponent: 2.0,
+};
 
 /// A family of scenes: every pair is a range drawn from uniformly.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -161,12 +166,23 @@ pub const fn scaled_jujube(factor: f64) -> Subject {
 
 /// A jujube with the shape of a super-ellipsoid.
 pub const fn boxy_jujube(exponent: f64) -> Subject {
-    Subject::Fruit { mean_mm: [21.75, 10.9, 10.9], sd_long: 0.035, sd_short: 0.042, sd_ratio: 0.058, exponent }
+    Subject::Fruit {
+        mean_mm: [21.75, 10.9, 10.9],
+        sd_long: 0.035,
+        sd_short: 0.042,
+        sd_ratio: 0.058,
+        exponent,
+    }
 }
 
 /// Jujubes whose size varies by +-15 % (standard deviation) as a whole and 6 % in shape.
-pub const VARIED_JUJUBE: Subject =
-    Subject::Fruit { mean_mm: [21.75, 10.9, 10.9], sd_long: 0.15, sd_short: 0.15, sd_ratio: 0.058, exponent: 2.0 };
+pub const VARIED_JUJUBE: Subject = Subject::Fruit {
+    mean_mm: [21.75, 10.9, 10.9],
+    sd_long: 0.15,
+    sd_short: 0.15,
+    sd_ratio: 0.058,
+    exponent: 2.0,
+};
 
 /// The true fruit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -230,7 +246,11 @@ impl Scene {
         place_clutter(&mut bodies, range(&mut draws, family.clutter) as usize, &mut draws);
         let tilt = unit([draws.uniform(-0.5, 0.5), draws.uniform(-0.5, 0.5), 1.0]);
         let back = along(centre, (extent + behind) / distance, centre);
-        bodies.push(Body { pose: Pose { centre: back, axes: frame_of(tilt) }, shape: Shape::Plane, fruit_coloured: false });
+        bodies.push(Body {
+            pose: Pose { centre: back, axes: frame_of(tilt) },
+            shape: Shape::Plane,
+            fruit_coloured: false,
+        });
         let wanted = range(&mut draws, family.occlusion);
         place_leaves(&mut bodies, wanted, &mut draws);
 
@@ -312,8 +332,11 @@ fn subject(subject: &Subject, centre: V3, draws: &mut Draws) -> Body {
             // Where the size varies as a whole, length and thickness vary together.
             let short = if sd_long > 0.1 { long + 0.3 * short } else { short };
             let thick = [short + 0.5 * libm::fabs(ratio), short - 0.5 * libm::fabs(ratio)];
-            let semi_axes =
-                [mean_mm[0] * libm::exp(long), mean_mm[1] * libm::exp(thick[0]), mean_mm[2] * libm::exp(thick[1])];
+            let semi_axes = [
+                mean_mm[0] * libm::exp(long),
+                mean_mm[1] * libm::exp(thick[0]),
+                mean_mm[2] * libm::exp(thick[1]),
+            ];
             Shape::Superellipsoid { semi_axes, exponent }
         }
         Subject::Ball(low, high) => {
@@ -336,7 +359,8 @@ fn extent(body: &Body) -> f64 {
 }
 
 fn truth(bodies: &[Body], index: usize) -> Option<Truth> {
-    let Body { pose, shape: Shape::Superellipsoid { semi_axes, .. }, fruit_coloured: true } = bodies[index] else {
+    let Body { pose, shape: Shape::Superellipsoid { semi_axes, .. }, fruit_coloured: true } = bodies[index]
+    else {
         return None;
     };
     Some(Truth { pose, semi_axes_mm: semi_axes, visible: 1.0 - occlusion(bodies, index) })
@@ -347,7 +371,8 @@ fn occlusion(bodies: &[Body], index: usize) -> f64 {
     let body = &bodies[index];
     let centre = body.pose.centre;
     let half = (1.3 * extent(body) / centre[2] * FOCAL_PX) as i64 + 1;
-    let (column, row) = ((centre[0] / centre[2] * FOCAL_PX) as i64, (centre[1] / centre[2] * FOCAL_PX) as i64);
+    let (column, row) =
+        ((centre[0] / centre[2] * FOCAL_PX) as i64, (centre[1] / centre[2] * FOCAL_PX) as i64);
     let (mut own, mut covered) = (0_u32, 0_u32);
     for v in row - half..=row + half {
         for u in column - half..=column + half {
@@ -454,7 +479,8 @@ fn place_leaves(bodies: &mut Vec<Body>, wanted: f64, draws: &mut Draws) {
         let at = along(centre, side * libm::cos(angle), sideways[0]);
         let at = along(at, side * libm::sin(angle), sideways[1]);
         let at = along(at, -(reach + draws.uniform(-6.0, 60.0)), away);
-        let lean = along(along(away, draws.uniform(-0.8, 0.8), sideways[0]), draws.uniform(-0.8, 0.8), sideways[1]);
+        let lean =
+            along(along(away, draws.uniform(-0.8, 0.8), sideways[0]), draws.uniform(-0.8, 0.8), sideways[1]);
         let shape = Shape::Disc { radii: [draws.uniform(8.0, 22.0), draws.uniform(5.0, 13.0)] };
         let mut axes = frame_of(unit(lean));
         let turn = draws.uniform(0.0, core::f64::consts::TAU);
@@ -482,7 +508,8 @@ fn colour_mask(patch: &Patch, bodies: &[Body], draws: &mut Draws) -> LabelImage 
     for v in 0..mask.height as i64 {
         for u in 0..mask.width as i64 {
             let here = coloured(u, v);
-            let border = [(1, 0), (-1, 0), (0, 1), (0, -1)].iter().any(|&(du, dv)| coloured(u + du, v + dv) != here);
+            let border =
+                [(1, 0), (-1, 0), (0, 1), (0, -1)].iter().any(|&(du, dv)| coloured(u + du, v + dv) != here);
             let error = if border { BORDER_ERROR } else { COLOUR_ERROR };
             // Far from fruit a threshold makes no blobs that region growing would keep.
             let wrong = draws.chance(error) && (border || here);
@@ -534,7 +561,8 @@ mod tests {
             let (cloud, _) = scene.cloud(&scene.mask);
             for point in &cloud {
                 let offset = minus(point.map(f64::from), pose.centre);
-                let squares: f64 = (0..3).map(|k| libm::pow(dot(pose.axes[k], offset) / semi_axes_mm[k], 2.0)).sum();
+                let squares: f64 =
+                    (0..3).map(|k| libm::pow(dot(pose.axes[k], offset) / semi_axes_mm[k], 2.0)).sum();
                 on += usize::from(libm::fabs(libm::sqrt(squares) - 1.0) < 0.05);
             }
             // The rest is background behind wrongly coloured border pixels, and mixed pixels.
