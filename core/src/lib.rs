@@ -49,9 +49,10 @@
 
 pub mod accept;
 mod config;
-pub mod covariance;
+mod covariance;
 mod detect;
 mod ellipsoid;
+mod field;
 pub mod fit;
 mod hypothesis;
 pub mod jacobi;
@@ -64,11 +65,12 @@ mod moments;
 mod nuisance;
 mod observe;
 mod order;
-pub mod outline;
+mod outline;
+mod paper;
 pub mod point;
-pub mod prior;
+mod prior;
 mod quadric;
-pub mod refine;
+mod refine;
 pub mod residual;
 pub mod rng;
 mod size;
@@ -78,17 +80,26 @@ mod varsac;
 pub mod visibility;
 mod workspace;
 
+pub use accept::{Findings, Gate, Refusal, RefusalCode};
 pub use config::{
     Config, ConfigError, MAX_REFITS, MAX_SAMPLE, MAX_SIZES, MAX_TARGETS, MAX_TRIALS, MapConfig, Method,
 };
-pub use detect::{Detection, Detections, Detector, Finish, Status, Step, View};
+pub use covariance::{Covariance, Inflation};
+pub use detect::{Detection, Detections, Detector, Finish, Status, Step};
 pub use ellipsoid::Ellipsoid;
+pub use field::View;
 pub use fit::Constraint;
-pub use observe::Observer;
+pub use map::MAX_FRUIT;
+pub use observe::{Observer, Stage};
+pub use outline::OutlineRay;
 pub use point::{CloudError, Point3, PointBuffer, Vector3};
+pub use prior::SizePrior;
 pub use quadric::{CentralQuadric, Invariants, Quadric};
+pub use refine::Estimate;
+pub use residual::{Noise, Viewpoint};
 pub use tebc::Score;
 pub use varsac::{Rejection, VarsacReport};
+pub use visibility::Support;
 pub use workspace::{Scratch, Workspace};
 
 /// Version of this crate: major, minor, patch.

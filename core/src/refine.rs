@@ -6,6 +6,7 @@
 
 use crate::{
     Ellipsoid, Point3,
+    field::Field,
     linalg::{N, Symmetric9},
     moments::Moments,
     nuisance::{Follower, Nuisances, fullness},
@@ -119,8 +120,9 @@ pub(crate) struct Evidence<'a> {
     pub(crate) cloud: &'a [Point3],
     /// Points near the model, ascending.
     pub(crate) members: &'a [u16],
-    /// A claimed point belongs to another fruit: it cannot lie on this one, but it can be seen beside it.
-    pub(crate) labels: &'a [u8],
+    labels: &'a [u8],
+    /// Label of the model's own points.
+    own: u8,
     pub(crate) outline: &'a [OutlineRay],
 }
 
@@ -143,9 +145,22 @@ const OUTLINE_KERNEL: Kernel = Kernel::GemanMcClure(9.0);
 /// A ray that passes closer to the centre than half way does not ask the model to step aside.
 const DEEP: f32 = 0.25;
 
-impl Evidence<'_> {
-    pub(crate) fn is_live(&self, index: u16) -> bool {
-        self.labels.get(usize::from(index)) == Some(&0)
+impl<'a> Evidence<'a> {
+    /// The first `members` listed points and the outline of the view, for the model whose points are labelled `own`.
+    pub(crate) fn of(field: &'a Field<'_>, members: usize, own: u8) -> Self {
+        Self {
+            cloud: field.view.cloud,
+            members: field.scratch.members.get(..members).unwrap_or(&[]),
+            labels: field.scratch.labels,
+            own,
+            outline: field.view.outline,
+        }
+    }
+
+    /// True when the point can lie on the model: it is nobody's or its own. A point of another fruit cannot, but it can be
+    /// seen beside or through it.
+    pub(crate) fn is_open(&self, index: u16) -> bool {
+        self.labels.get(usize::from(index)).is_some_and(|&label| label == 0 || label == self.own)
     }
 
     /// The normal equations at `estimate`: points in order, outline rays in order, displacement eliminated, prior.
@@ -164,7 +179,7 @@ impl Evidence<'_> {
                     continue;
                 }
                 contact = model.beside(&contact);
-            } else if !(contact.gap_mm >= -terms.window_mm && self.is_live(index)) {
+            } else if !(contact.gap_mm >= -terms.window_mm && self.is_open(index)) {
                 continue;
             }
             let phi = fullness(contact.u);
@@ -210,6 +225,13 @@ impl Estimate {
     pub fn ellipsoid(&self) -> Ellipsoid {
         let [x, y, z] = self.centre;
         Ellipsoid { centre: Point3::new(x, y, z), semi_axes: self.ln_axes.map(libm::expf), axes: self.axes }
+    }
+
+    /// The longest semi-axis, mm.
+    pub(crate) fn longest(&self) -> f32 {
+        let [a, b, c] = self.ln_axes;
+        let ab = if a > b { a } else { b };
+        libm::expf(if ab > c { ab } else { c })
     }
 
     /// The ellipsoid with its semi-axes sorted and the sign rule of [`Ellipsoid`] applied, and for each of them its index

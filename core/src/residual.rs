@@ -36,13 +36,6 @@ pub struct Noise {
     pub lateral_rad: f32,
 }
 
-impl Noise {
-    /// Both deviations times a factor.
-    pub(crate) fn scaled(&self, factor: f32) -> Self {
-        Self { axial_mm: self.axial_mm * factor, lateral_rad: self.lateral_rad * factor }
-    }
-}
-
 /// From where the points were seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

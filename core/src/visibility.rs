@@ -82,7 +82,7 @@ impl Evidence<'_> {
             left -= 1.0;
             match sight(&model.contact(&at(self.cloud, index)), terms.window_mm) {
                 Sight::Explained(square) => {
-                    if self.is_live(index) {
+                    if self.is_open(index) {
                         support.score += 1.0 - square / CUT;
                         support.explained += 1;
                     }

@@ -1,7 +1,7 @@
 //! Outline rays from a depth image: where fruit end and something further away begins.
 //!
 //! In: depth in mm along z, the mask of fruit-coloured pixels, the camera. Out: rays for
-//! [`varsac_core::outline`]. The mask only says where to look, with a tolerance of a pixel; what makes a pair is depth.
+//! [`OutlineRay`]. The mask only says where to look, with a tolerance of a pixel; what makes a pair is depth.
 //! From each valid pixel on or beside the mask one walks outward in the four directions of the grid:
 //! * the pixel on the other side must be of the same surface (within `step_mm`), else the start is a mixed pixel;
 //! * the first valid pixel on the way decides: nearer, or of the same surface: no pair (something covers the fruit, or
@@ -12,7 +12,7 @@
 //! The ray runs through the middle of the pair. Its deviation grows with the steps between the two: half a pixel's
 //! uniform error is 0.29 px.
 
-use varsac_core::{Point3, outline::OutlineRay};
+use varsac_core::{OutlineRay, Point3};
 
 use crate::image::{DepthImage, LabelImage};
 

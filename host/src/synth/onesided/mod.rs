@@ -69,6 +69,8 @@ pub struct Family {
     pub occlusion: (f64, f64),
     /// Chance of a second fruit near it.
     pub neighbour: f64,
+    /// Further fruit that touch it or each other.
+    pub touching: (f64, f64),
     /// Leaves and twigs around and behind it.
     pub clutter: (f64, f64),
     /// Distance of the background behind the fruit, mm.
@@ -93,6 +95,7 @@ pub const CLEAN: Family = Family {
     quantum_mm: 0.0,
     occlusion: (0.0, 0.0),
     neighbour: 0.0,
+    touching: (0.0, 0.0),
     clutter: (0.0, 0.0),
     background_mm: (100.0, 400.0),
     defects: [0.0, 0.5, 0.0],
@@ -112,6 +115,7 @@ pub const HARD: Family = Family {
     quantum_mm: 1.0,
     occlusion: (0.0, 0.0),
     neighbour: 0.5,
+    touching: (0.0, 0.0),
     clutter: (0.0, 4.0),
     background_mm: (30.0, 300.0),
     defects: [0.4, 0.3, 0.01],
@@ -140,6 +144,20 @@ pub const ORCHARD: Family = Family {
     margin_px: (1.0, 3.0),
     ..HARD
 };
+
+/// Two to four fruit that touch, nothing in front of them.
+pub const TOUCHING: Family = Family {
+    name: "touching",
+    distance_mm: (500.0, 1000.0),
+    axial_mm: (0.4, 1.2),
+    neighbour: 0.0,
+    touching: (1.0, 3.999),
+    clutter: (0.0, 2.0),
+    ..HARD
+};
+
+/// The same behind leaves.
+pub const TOUCHING_LEAVES: Family = Family { name: "touching-leaves", occlusion: (0.0, 0.4), ..TOUCHING };
 
 impl Family {
     /// The same family with another subject.
@@ -242,6 +260,8 @@ impl Scene {
         if draws.chance(family.neighbour) {
             place_neighbour(&mut bodies, family, &mut draws);
         }
+        let others = range(&mut draws, family.touching) as usize;
+        place_touching(&mut bodies, others, family, &mut draws);
         let behind = range(&mut draws, family.background_mm);
         place_clutter(&mut bodies, range(&mut draws, family.clutter) as usize, &mut draws);
         let tilt = unit([draws.uniform(-0.5, 0.5), draws.uniform(-0.5, 0.5), 1.0]);
@@ -255,7 +275,12 @@ impl Scene {
         place_leaves(&mut bodies, wanted, &mut draws);
 
         let pixels = |mm: f64| mm / centre[2] * FOCAL_PX;
-        let half = pixels(1.3 * extent) as i64 + BORDER_PX;
+        let reach = (0..=others).fold(extent, |reach, k| {
+            bodies.get(k).filter(|body| body.fruit_coloured).map_or(reach, |body| {
+                reach.max(length(minus(body.pose.centre, centre)) + extent)
+            })
+        });
+        let half = pixels(1.3 * reach) as i64 + BORDER_PX;
         let (column, row) = (pixels(centre[0]) as i64, pixels(centre[1]) as i64);
         let side = (2 * half + 1) as usize;
         let window = Window { left: column - half, top: row - half, width: side, height: side };
@@ -401,6 +426,36 @@ fn place_neighbour(bodies: &mut Vec<Body>, family: &Family, draws: &mut Draws) {
             return;
         }
         bodies.pop();
+    }
+}
+
+/// Further fruit, each pushed towards one of those already there until it touches, none through another and none covering
+/// more than half of another.
+fn place_touching(bodies: &mut Vec<Body>, count: usize, family: &Family, draws: &mut Draws) {
+    for _ in 0..count {
+        for _ in 0..ATTEMPTS {
+            let anchor = bodies[(draws.uniform(0.0, bodies.len() as f64) as usize).min(bodies.len() - 1)];
+            let direction = draws.rotation()[0];
+            let free = subject(&family.subject, anchor.pose.centre, draws);
+            let at = |distance: f64| Body {
+                pose: Pose { centre: along(anchor.pose.centre, distance, direction), ..free.pose },
+                ..free
+            };
+            let (mut near, mut far) = (5.0, 60.0);
+            for _ in 0..12 {
+                let middle = 0.5 * (near + far);
+                if touches(&anchor, &at(middle)) { near = middle } else { far = middle }
+            }
+            let new = at(far + draws.uniform(0.0, 1.0));
+            if bodies.iter().any(|body| touches(body, &new)) {
+                continue;
+            }
+            bodies.push(new);
+            if (0..bodies.len()).all(|k| occlusion(bodies, k) <= 0.5) {
+                break;
+            }
+            bodies.pop();
+        }
     }
 }
 
