@@ -3,7 +3,7 @@
 //! A robot reaches for what is accepted. What the picture does not carry is refused with the first test it fails, in
 //! the order of [`RefusalCode`].
 
-use crate::{Ellipsoid, jacobi::Symmetric3};
+use crate::{ConfigError, Ellipsoid, config::require, jacobi::Symmetric3};
 
 /// Why a target is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,7 +79,7 @@ pub struct Gate {
 }
 
 impl Gate {
-    /// The default.
+    /// The default, for fruit of a jujube's size; see [`Self::scaled`].
     pub const BALANCED: Self = Self {
         min_points: 20,
         size_conflict: 10.0,
@@ -93,6 +93,33 @@ impl Gate {
         through: 0.15,
         shared_volume: 0.75,
     };
+
+    /// The same for fruit with this shortest semi-axis, mm: what is a length is scaled.
+    pub const fn scaled(self, short_mm: f32) -> Self {
+        Self { uncertain_mm: self.uncertain_mm * (short_mm / Self::SHORT_MM), ..self }
+    }
+
+    /// Shortest semi-axis of the fruit for which the constants of this type are given, mm.
+    const SHORT_MM: f32 = 10.9;
+
+    pub(crate) fn check(&self) -> Result<(), ConfigError> {
+        let limits = [
+            ("map.gate.size_conflict", self.size_conflict),
+            ("map.gate.size_unknown", self.size_unknown),
+            ("map.gate.ambiguous", self.ambiguous),
+            ("map.gate.outline", self.outline),
+            ("map.gate.visible", self.visible),
+            ("map.gate.colour", self.colour),
+            ("map.gate.uncertain_mm", self.uncertain_mm),
+            ("map.gate.flat", self.flat),
+            ("map.gate.through", self.through),
+            ("map.gate.shared_volume", self.shared_volume),
+        ];
+        for (field, value) in limits {
+            require(value >= 0.0, field, value, "0 or more; infinity or 0 switches a test off")?;
+        }
+        Ok(())
+    }
 }
 
 /// What the tests look at.

@@ -17,9 +17,9 @@ use crate::{
 };
 
 /// Points of a hypothesis.
-pub const SAMPLE: usize = 8;
+pub(crate) const SAMPLE: usize = 8;
 /// Pull of the deviator towards the sphere, per point.
-pub const RIDGE: f32 = 0.03;
+pub(crate) const RIDGE: f32 = 0.03;
 /// Makes a hypothesis from sampled points; `seed` is the point the sample was drawn around.
 pub(crate) fn hypothesis(
     cloud: &[Point3],

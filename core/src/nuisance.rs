@@ -63,7 +63,7 @@ pub(crate) struct Nuisances {
 
 /// How the boxiness follows a step of the nine parameters: `k' = k - (g_k + h_k . d) / H_kk`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Follower {
+pub(crate) struct Follower {
     coupling: [f32; N],
     gradient: f32,
     inverse: f32,
@@ -71,7 +71,7 @@ pub struct Follower {
 
 impl Follower {
     /// Stays where it is.
-    pub const STILL: Self = Self { coupling: [0.0; N], gradient: 0.0, inverse: 0.0 };
+    pub(crate) const STILL: Self = Self { coupling: [0.0; N], gradient: 0.0, inverse: 0.0 };
 
     /// The change that goes with the step `d`.
     pub(crate) fn follow(&self, d: &[f32; N]) -> f32 {

@@ -41,6 +41,14 @@ impl SizePrior {
         spread_bc: 0.08,
     };
 
+    /// Apple: 75 mm across, 66 mm high, flattened along the core.
+    pub const APPLE: Self = Self {
+        semi_axes_mm: [38.0, 37.0, 34.0],
+        spread: [0.12, 0.12, 0.12],
+        spread_ab: 0.05,
+        spread_bc: 0.07,
+    };
+
     /// The same with another spread of the whole size.
     pub const fn with_spread(self, spread: f32) -> Self {
         Self { spread: [spread; 3], ..self }

@@ -1,7 +1,7 @@
 //! Measures the default search on seeded one-sided views.
 use rayon::prelude::*;
 use varsac_core::SizePrior;
-use varsac_core::{Config, Detection, Detector, MapConfig, Method, Point3, Status, View, Workspace};
+use varsac_core::{Config, Detection, Detector, Point3, Status, View, Workspace};
 use varsac_core::{Refusal, RefusalCode};
 use varsac_host::outline::outline_rays;
 use varsac_host::synth::onesided::shapes::{V3, dot, length, minus};
@@ -335,11 +335,26 @@ fn touching(family: &Family, s: &Setup) {
             let cloud: Vec<Point3> = points.iter().map(|q| Point3::new(q[0], q[1], q[2])).collect();
             let w = scene.patch.window;
             let f = scene.sensor.focal_px;
-            let outline = if s.outline { outline_rays(&scene.patch.depth, &mask, f, |u, v| [(w.left as f64 + u) / f, (w.top as f64 + v) / f], 10.0) } else { vec![] };
-            let view = View { cloud: &cloud, in_mask: if s.outline { in_mask } else { cloud.len() }, outline: &outline };
+            let outline = if s.outline {
+                outline_rays(
+                    &scene.patch.depth,
+                    &mask,
+                    f,
+                    |u, v| [(w.left as f64 + u) / f, (w.top as f64 + v) / f],
+                    10.0,
+                )
+            } else {
+                vec![]
+            };
+            let view = View {
+                cloud: &cloud,
+                in_mask: if s.outline { in_mask } else { cloud.len() },
+                outline: &outline,
+            };
             let mut workspace = Box::new(Workspace::<8192>::new());
             let clock = cpu_ns();
-            let found: Vec<Detection> = detector.detect_view(&view, workspace.scratch(), s.base + k).unwrap().collect();
+            let found: Vec<Detection> =
+                detector.detect_view(&view, workspace.scratch(), s.base + k).unwrap().collect();
             let us = (cpu_ns() - clock) * 1e-3;
             let fruit: Vec<&Truth> = scene.fruit.iter().filter(|t| t.visible >= 0.4).collect();
             let (mut hit, mut hit_acc, mut wrong, mut false_t, mut acc) = (0, 0, 0, 0, 0);
@@ -347,29 +362,72 @@ fn touching(family: &Family, s: &Setup) {
             let mut codes = vec![];
             for t in &fruit {
                 let best = found.iter().map(|d| (errors(d, t).0, d)).min_by(|a, b| a.0.total_cmp(&b.0));
-                if let Some((e, d)) = best && e < 5.0 { hit += 1; errs.push(e); if d.status == Status::Accepted { hit_acc += 1; } else if let Status::Refused(r) = d.status { codes.push(r.code); } } 
+                if let Some((e, d)) = best
+                    && e < 5.0
+                {
+                    hit += 1;
+                    errs.push(e);
+                    if d.status == Status::Accepted {
+                        hit_acc += 1;
+                    } else if let Status::Refused(r) = d.status {
+                        codes.push(r.code);
+                    }
+                }
             }
             for d in found.iter().filter(|d| d.status == Status::Accepted) {
                 acc += 1;
                 let e = scene.fruit.iter().map(|t| errors(d, t).0).fold(f64::INFINITY, f64::min);
-                if e > 5.0 { wrong += 1; }
-                if e > 11.0 { false_t += 1; }
+                if e > 5.0 {
+                    wrong += 1;
+                }
+                if e > 11.0 {
+                    false_t += 1;
+                }
             }
-            if s.dump && hit_acc < fruit.len() { println!("seed {} fruit {} hit {hit} acc {hit_acc}; found {:?}", s.base + k, fruit.len(), found.iter().map(|d| (d.score.inliers, d.status, scene.fruit.iter().map(|t| errors(d, t).0 as f32).fold(f32::INFINITY, f32::min))).collect::<Vec<_>>()); }
+            if s.dump && hit_acc < fruit.len() {
+                println!(
+                    "seed {} fruit {} hit {hit} acc {hit_acc}; found {:?}",
+                    s.base + k,
+                    fruit.len(),
+                    found
+                        .iter()
+                        .map(|d| (
+                            d.score.inliers,
+                            d.status,
+                            scene.fruit.iter().map(|t| errors(d, t).0 as f32).fold(f32::INFINITY, f32::min)
+                        ))
+                        .collect::<Vec<_>>()
+                );
+            }
             (fruit.len(), hit, hit_acc, acc, wrong, false_t, errs, us, codes)
         })
         .collect();
-    let sum = |f: &dyn Fn(&(usize, usize, usize, usize, usize, usize, Vec<f64>, f64, Vec<RefusalCode>)) -> usize| results.iter().map(f).sum::<usize>() as f64;
+    let sum = |f: &dyn Fn(
+        &(usize, usize, usize, usize, usize, usize, Vec<f64>, f64, Vec<RefusalCode>),
+    ) -> usize| results.iter().map(f).sum::<usize>() as f64;
     let mut e: Vec<f64> = results.iter().flat_map(|r| r.6.clone()).collect();
     let n = sum(&|r| r.0);
     let mut codes = std::collections::BTreeMap::new();
-    for c in results.iter().flat_map(|r| r.8.clone()) { *codes.entry(format!("{c:?}")).or_insert(0) += 1; }
-    println!("{:16} fruit {n} recall {:.4} accepted recall {:.4} | accepted {} wrong {} false {} | centre {:.2}/{:.2} us {:.0} {codes:?}", family.name, sum(&|r| r.1) / n, sum(&|r| r.2) / n, sum(&|r| r.3), sum(&|r| r.4), sum(&|r| r.5), quantile(&mut e, 0.5), quantile(&mut e, 0.9), results.iter().map(|r| r.7).sum::<f64>() / results.len() as f64);
+    for c in results.iter().flat_map(|r| r.8.clone()) {
+        *codes.entry(format!("{c:?}")).or_insert(0) += 1;
+    }
+    println!(
+        "{:16} fruit {n} recall {:.4} accepted recall {:.4} | accepted {} wrong {} false {} | centre {:.2}/{:.2} us {:.0} {codes:?}",
+        family.name,
+        sum(&|r| r.1) / n,
+        sum(&|r| r.2) / n,
+        sum(&|r| r.3),
+        sum(&|r| r.4),
+        sum(&|r| r.5),
+        quantile(&mut e, 0.5),
+        quantile(&mut e, 0.9),
+        results.iter().map(|r| r.7).sum::<f64>() / results.len() as f64
+    );
 }
 
 fn main() {
     let mut s = Setup {
-        config: Config { method: Method::Map, map: MapConfig::JUJUBE, ..Config::jujube() },
+        config: Config::jujube(),
         outline: false,
         n: 1000,
         base: 0,

@@ -276,9 +276,10 @@ impl Scene {
 
         let pixels = |mm: f64| mm / centre[2] * FOCAL_PX;
         let reach = (0..=others).fold(extent, |reach, k| {
-            bodies.get(k).filter(|body| body.fruit_coloured).map_or(reach, |body| {
-                reach.max(length(minus(body.pose.centre, centre)) + extent)
-            })
+            bodies
+                .get(k)
+                .filter(|body| body.fruit_coloured)
+                .map_or(reach, |body| reach.max(length(minus(body.pose.centre, centre)) + extent))
         });
         let half = pixels(1.3 * reach) as i64 + BORDER_PX;
         let (column, row) = (pixels(centre[0]) as i64, pixels(centre[1]) as i64);
