@@ -88,6 +88,9 @@ pub struct MapConfig {
     pub boxiness: f32,
     /// Noise of the camera.
     pub noise: Noise,
+    /// How much a point tells beside one with noise of its own, above 0 to 1. Depth that was filtered or enlarged repeats itself
+    /// from point to point, and errors that neighbours share do not average out.
+    pub independence: f32,
     /// From where the points were seen.
     pub viewpoint: Viewpoint,
     /// Standard deviation of the displacement common to all outline rays, rad.
@@ -122,6 +125,7 @@ impl MapConfig {
             prior,
             boxiness: 0.08,
             noise: Noise { axial_mm: 1.0, lateral_rad: LATERAL_PX / KINECT_V2_PX },
+            independence: 1.0,
             viewpoint: Viewpoint::Origin,
             outline_offset_rad: OFFSET_PX / KINECT_V2_PX,
             hypotheses: 24,
@@ -163,6 +167,8 @@ impl MapConfig {
         require((0.0..=1.0).contains(&self.boxiness), "map.boxiness", self.boxiness, "0 to 1")?;
         require(positive(self.noise.axial_mm), "map.noise.axial_mm", self.noise.axial_mm, POSITIVE)?;
         require(positive(self.noise.lateral_rad), "map.noise.lateral_rad", self.noise.lateral_rad, POSITIVE)?;
+        let told = self.independence;
+        require(told > 0.0 && told <= 1.0, "map.independence", told, "above 0 to 1")?;
         let offset = self.outline_offset_rad;
         require(positive(offset), "map.outline_offset_rad", offset, POSITIVE)?;
         let hypotheses = f32::from(self.hypotheses);

@@ -34,7 +34,7 @@ pub(crate) fn hypothesis(
         let mut moments = Moments::ZERO;
         for &index in sample {
             let contact = model.contact(&at(cloud, index));
-            moments.add(contact.u, contact.value, 1.0 / contact.variance);
+            moments.add(contact.u, contact.value, terms.independence / contact.variance);
         }
         let mut normal = Normal::new(&moments, &model.constants());
         normal.add_prior(&terms.prior, &estimate.ln_axes);

@@ -62,6 +62,13 @@ pub(super) struct LocateArgs {
     /// Standard deviation of the depth camera along its rays, millimetres [default: 1].
     #[arg(long, value_name = "MM")]
     axial_noise: Option<f32>,
+    /// Standard deviation of where a depth pixel looks, depth pixels [default: 0.365; 2 where depth was enlarged].
+    #[arg(long, value_name = "PIXELS")]
+    lateral_noise: Option<f32>,
+    /// How much a depth pixel tells beside one with noise of its own, above 0 to 1 [default: 1; 0.1 where depth was enlarged to
+    /// a finer colour image].
+    #[arg(long, value_name = "SHARE")]
+    independence: Option<f32>,
     /// Do not use the outline of the fruit in the depth image.
     #[arg(long)]
     no_outline: bool,
@@ -254,10 +261,12 @@ impl LocateArgs {
             GateArg::Eager => Gate::EAGER,
         }
         .scaled(map.prior.semi_axes_mm[2]);
+        if let Ok(u) = std::env::var("GU") { map.gate.uncertain_mm = u.parse().unwrap(); }
         map.viewpoint = match self.viewpoint {
             ViewpointArg::Origin => Viewpoint::Origin,
             ViewpointArg::None => Viewpoint::None,
         };
+        map.independence = self.independence.unwrap_or(map.independence);
         map.noise.axial_mm = self.axial_noise.unwrap_or(map.noise.axial_mm);
         config
     }
@@ -312,6 +321,7 @@ impl LocateArgs {
         options.views.points = PointOptions { flying_span_mm: self.flying_span, ..PointOptions::default() };
         options.views.capacity = self.capacity.unwrap_or(options.views.capacity);
         options.cloud_capacity = self.capacity.unwrap_or(options.cloud_capacity);
+        options.lateral_px = self.lateral_noise;
         if self.no_outline {
             options.views.outline_step_mm = None;
         }

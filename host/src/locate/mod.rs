@@ -80,6 +80,8 @@ pub struct Options {
     pub seed: u64,
     /// Points a cloud may have; larger ones are thinned.
     pub cloud_capacity: usize,
+    /// Deviation of where a depth pixel looks, depth pixels; nothing: the configuration's.
+    pub lateral_px: Option<f32>,
 }
 
 impl Options {
@@ -89,8 +91,9 @@ impl Options {
             varsac_core::Method::Map => Method::Map,
             varsac_core::Method::Varsac => Method::Varsac,
         };
-        let views = ViewOptions::of(&config);
-        Self { method, config, regions, views, seed, cloud_capacity: MAX_CAPACITY }
+        let mask_is_exact = !matches!(regions, RegionSource::Colour(_));
+        let views = ViewOptions { mask_is_exact, ..ViewOptions::of(&config) };
+        Self { method, config, regions, views, seed, cloud_capacity: MAX_CAPACITY, lateral_px: None }
     }
 }
 
@@ -318,6 +321,9 @@ fn search(
     let mut options = options.clone();
     if pitch_rad > 0.0 {
         options.config.map = options.config.map.with_pitch(pitch_rad);
+        if let Some(lateral_px) = options.lateral_px {
+            options.config.map.noise.lateral_rad = lateral_px * pitch_rad;
+        }
     }
     let found = searcher.search(&views, &options)?;
 
