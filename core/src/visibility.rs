@@ -93,7 +93,8 @@ impl Evidence<'_> {
                 }
                 Sight::Unrelated => {}
             }
-            if support.score + terms.independence * left <= floor {
+            // Written so that a score that is no number has no support.
+            if !(support.score + terms.independence * left > floor) {
                 return None;
             }
         }

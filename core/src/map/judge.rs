@@ -120,6 +120,7 @@ fn verdict(
         separation: separation(found, turn, &ellipsoid),
         clutter: points.clutter,
     };
+    let findings = findings.known();
     let refusal = match covariance {
         Some(_) => config.gate.refusal(&findings),
         None => Some(Refusal { code: RefusalCode::Singular, value: 0.0, limit: 0.0 }),
@@ -137,7 +138,7 @@ fn verdict(
 
 /// Seen on the surface, in the mask or not, over predicted pixels; infinite where the pitch is not known.
 fn visible(seen: f32, ellipsoid: &Ellipsoid, pitch_rad: f32) -> f32 {
-    if pitch_rad > 0.0 {
+    if pitch_rad > 0.0 && ellipsoid.centre.z > 0.0 {
         seen / predicted_pixels(ellipsoid, pitch_rad)
     } else {
         f32::INFINITY

@@ -14,8 +14,8 @@ use crate::{
     frame::{Frame, png_file},
     fruit::Fruit,
     locate::{
-        Camera, Here, Located, MAX_CAPACITY, Method, Options, RegionSource, Searcher, locate_cloud_with,
-        locate_frame_with,
+        Camera, CameraNoise, Here, Located, MAX_CAPACITY, Method, Options, RegionSource, Searcher,
+        locate_cloud_with, locate_frame_with,
     },
     picture, ply_out,
     report::{InputReport, table},
@@ -255,19 +255,20 @@ impl LocateArgs {
         if let Some(prior) = &self.prior {
             map.prior = size_prior(prior);
         }
-        map.gate = match self.gate {
-            GateArg::Strict => Gate::STRICT,
-            GateArg::Balanced => Gate::BALANCED,
-            GateArg::Eager => Gate::EAGER,
+        let limits = match self.gate {
+            GateArg::Strict => Some(Gate::STRICT),
+            GateArg::Balanced => None,
+            GateArg::Eager => Some(Gate::EAGER),
+        };
+        if let Some(gate) = limits {
+            map.gate = gate.scaled(map.prior.semi_axes_mm[2]);
+        } else if self.prior.is_some() {
+            map.gate = Gate::BALANCED.scaled(map.prior.semi_axes_mm[2]);
         }
-        .scaled(map.prior.semi_axes_mm[2]);
-        if let Ok(u) = std::env::var("GU") { map.gate.uncertain_mm = u.parse().unwrap(); }
         map.viewpoint = match self.viewpoint {
             ViewpointArg::Origin => Viewpoint::Origin,
             ViewpointArg::None => Viewpoint::None,
         };
-        map.independence = self.independence.unwrap_or(map.independence);
-        map.noise.axial_mm = self.axial_noise.unwrap_or(map.noise.axial_mm);
         config
     }
 
@@ -321,7 +322,11 @@ impl LocateArgs {
         options.views.points = PointOptions { flying_span_mm: self.flying_span, ..PointOptions::default() };
         options.views.capacity = self.capacity.unwrap_or(options.views.capacity);
         options.cloud_capacity = self.capacity.unwrap_or(options.cloud_capacity);
-        options.lateral_px = self.lateral_noise;
+        options.noise = CameraNoise {
+            axial_mm: self.axial_noise,
+            lateral_px: self.lateral_noise,
+            independence: self.independence,
+        };
         if self.no_outline {
             options.views.outline_step_mm = None;
         }
