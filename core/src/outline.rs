@@ -16,7 +16,8 @@ use crate::{
     residual::{RayModel, dot},
 };
 
-/// One ray that touches the fruit's outline.
+/// One ray that touches the fruit's outline. Five floats in this order, also for C.
+#[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
