@@ -74,7 +74,8 @@ fn run(family: &Family, seed: u64, s: &Setup, detector: &Detector) -> Row {
     let mut outline = if s.outline {
         outline_rays(
             &scene.patch.depth,
-            &mask,
+            (0..=mask.width as i64, 0..=mask.height as i64),
+            |u, v| mask.get(u, v).is_some_and(|x| x > 0),
             f,
             |u, v| [(w.left as f64 + u) / f, (w.top as f64 + v) / f],
             10.0,
@@ -86,8 +87,12 @@ fn run(family: &Family, seed: u64, s: &Setup, detector: &Detector) -> Row {
         let n = outline.len();
         outline = (0..s.thin).map(|k| outline[k * n / s.thin]).collect();
     }
-    let view =
-        View { cloud: &cloud, in_mask: if s.outline { in_mask } else { cloud.len() }, outline: &outline };
+    let view = View {
+        cloud: &cloud,
+        in_mask: if s.outline { in_mask } else { cloud.len() },
+        outline: &outline,
+        pitch_rad: (1.0 / f) as f32,
+    };
     if let Some(path) = &s.export {
         use std::io::Write;
         let mut file = std::fs::OpenOptions::new().append(true).create(true).open(path).unwrap();
@@ -468,7 +473,7 @@ fn main() {
             "fsteps" => m.final_steps = u() as u8,
             "ax" => m.noise.axial_mm = f(),
             "lat" => m.noise.lateral_rad = f(),
-            "off" => m.outline_offset_px = f(),
+            "off" => m.outline_offset_rad = f() / 365.456,
             "box" => m.boxiness = f(),
             "inf" => m.inflation.base = f(),
             "infc" => m.inflation.per_conflict = f(),
