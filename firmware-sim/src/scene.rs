@@ -85,6 +85,13 @@ impl Digested {
     }
 }
 
+/// Targets, accepted ones, digest: as boards and host print it.
+impl core::fmt::Display for Digested {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{} {} {:016x}", self.targets, self.accepted, self.digest)
+    }
+}
+
 /// How scene `number` is searched: the paper's Table 5 with limits that real fruit keep and few trials, in four
 /// variations. Written out here, so that tuning a preset does not move the proofs.
 pub fn config(number: u64) -> Config {

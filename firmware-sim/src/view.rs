@@ -13,7 +13,7 @@ use crate::scene::{Digested, Fruit, uniform};
 /// Points of a view at most.
 pub const VIEW_POINTS: usize = 700;
 /// Outline rays of a view at most.
-pub const VIEW_RAYS: usize = 192;
+pub const VIEW_RAYS: usize = 128;
 /// Pixels along a side of the raster.
 const SIDE: usize = 56;
 /// Angle of a pixel: the Kinect v2's.
@@ -100,6 +100,7 @@ impl Canvas {
             cloud: self.cloud.get(..points).unwrap_or(&[]),
             in_mask,
             outline: self.outline.get(..rays).unwrap_or(&[]),
+            pitch_rad: PIXEL_RAD,
         }
     }
 
@@ -194,7 +195,7 @@ mod tests {
     #[test]
     fn one_fruit_has_about_250_points_and_an_outline() {
         let mut canvas = Canvas::new();
-        let View { cloud, in_mask, outline } = canvas.one_fruit();
+        let View { cloud, in_mask, outline, .. } = canvas.one_fruit();
         assert!((200..300).contains(&cloud.len()), "{}", cloud.len());
         assert!((150..cloud.len()).contains(&in_mask), "{in_mask}");
         assert!((40..120).contains(&outline.len()), "{}", outline.len());

@@ -19,7 +19,7 @@ VARSAC_WORKSPACE(workspace, POINTS);
 static float depth_mm[SIDE][SIDE]; /* 0: not on the fruit */
 static varsac_point_t points[POINTS];
 static varsac_outline_ray_t outline[RAYS];
-static varsac_view_t view = {points, outline, 0, 0, 0};
+static varsac_view_t view = {points, outline, 0, 0, 0, 1.0f / FOCAL_PX};
 
 /* Newton's method from above, until it no longer falls. */
 static float square_root(float x) {

@@ -60,7 +60,10 @@ typedef struct varsac_view {
     uint32_t point_count;                /* at most 65535 */
     uint32_t outside_mask;               /* the last so many points are not of the fruit's colour: what is seen around it */
     uint32_t outline_count;
+    float pitch_rad;                     /* angle between neighbouring points, 1 / focal length in pixels; 0: not known, and how
+                                            much of a fruit is visible is not tested */
 } varsac_view_t;
+VARSAC_ASSERT(sizeof(varsac_view_t) == 16 + 2 * sizeof(void *), "no padding");
 
 /* The size of a kind of fruit: logarithms of the semi-axes are normally distributed. */
 typedef struct varsac_prior {
@@ -104,8 +107,7 @@ typedef struct varsac_map {
     varsac_prior_t prior;
     float boxiness;             /* standard deviation of how much fuller than an ellipsoid the fruit are; 0: ellipsoids */
     varsac_noise_t noise;
-    float pixel_rad;            /* pitch of the points: 1 / focal length in pixels */
-    float outline_offset_px;    /* standard deviation of the displacement common to all outline rays */
+    float outline_offset_rad;   /* standard deviation of the displacement common to all outline rays */
     varsac_inflation_t inflation;
     varsac_gate_t gate;
     uint16_t hypotheses;        /* per target; 1 to 1000 */
@@ -116,7 +118,7 @@ typedef struct varsac_map {
     uint8_t final_steps;        /* 1 to 50 */
     uint8_t reserved;           /* 0 */
 } varsac_map_t;
-VARSAC_ASSERT(sizeof(varsac_map_t) == 116, "no padding");
+VARSAC_ASSERT(sizeof(varsac_map_t) == 112, "no padding");
 
 /* Which search. */
 enum {
@@ -148,7 +150,7 @@ typedef struct varsac_config {
     /* The default search. */
     varsac_map_t map;
 } varsac_config_t;
-VARSAC_ASSERT(sizeof(varsac_config_t) == 168, "no padding");
+VARSAC_ASSERT(sizeof(varsac_config_t) == 164, "no padding");
 VARSAC_ASSERT(offsetof(varsac_config_t, sample_sizes) == 35, "no padding");
 VARSAC_ASSERT(offsetof(varsac_config_t, map) == 52, "no padding");
 

@@ -64,7 +64,7 @@ pub unsafe extern "C" fn varsac_config_problem(config: *const CConfig) -> *const
 
 /// The core's names of the fields it checks, which do not end in 0, with their 0. As expressions behind `config->` or
 /// `config.` they are C.
-const FIELDS: [&CStr; 39] = [
+const FIELDS: [&CStr; 38] = [
     c"confidence",
     c"sample_sizes",
     c"shell",
@@ -84,8 +84,7 @@ const FIELDS: [&CStr; 39] = [
     c"map.boxiness",
     c"map.noise.axial_mm",
     c"map.noise.lateral_rad",
-    c"map.pixel_rad",
-    c"map.outline_offset_px",
+    c"map.outline_offset_rad",
     c"map.hypotheses",
     c"map.hypothesis_steps",
     c"map.kept",

@@ -42,8 +42,7 @@ pub struct CMap {
     pub prior: CPrior,
     pub boxiness: f32,
     pub noise: CNoise,
-    pub pixel_rad: f32,
-    pub outline_offset_px: f32,
+    pub outline_offset_rad: f32,
     pub inflation: CInflation,
     pub gate: CGate,
     pub hypotheses: u16,
@@ -117,6 +116,7 @@ pub struct CView {
     pub point_count: u32,
     pub outside_mask: u32,
     pub outline_count: u32,
+    pub pitch_rad: f32,
 }
 
 /// `varsac_detection_t`, see [`Detection`].
@@ -155,11 +155,11 @@ pub struct CWorkspace {
 
 // The header asserts the same numbers.
 const _: () = assert!(size_of::<CPoint>() == 12 && align_of::<CPoint>() == 4);
-const _: () = assert!(size_of::<CMap>() == 116);
-const _: () = assert!(size_of::<CConfig>() == 168);
+const _: () = assert!(size_of::<CMap>() == 112);
+const _: () = assert!(size_of::<CConfig>() == 164);
 const _: () = assert!(size_of::<CDetection>() == 296);
 const _: () = assert!(size_of::<COutlineRay>() == 20 && align_of::<COutlineRay>() == 4);
-const _: () = assert!(size_of::<CView>() == 12 + 2 * size_of::<usize>() + (size_of::<usize>() - 4));
+const _: () = assert!(size_of::<CView>() == 16 + 2 * size_of::<usize>());
 
 /// Outcome of a call, `varsac_status_t`. Negative: an error, and nothing was done.
 #[repr(i32)]
@@ -228,8 +228,7 @@ impl From<&MapConfig> for CMap {
             },
             boxiness: map.boxiness,
             noise: CNoise { axial_mm: noise.axial_mm, lateral_rad: noise.lateral_rad },
-            pixel_rad: map.pixel_rad,
-            outline_offset_px: map.outline_offset_px,
+            outline_offset_rad: map.outline_offset_rad,
             inflation: CInflation {
                 base: inflation.base,
                 per_conflict: inflation.per_conflict,
@@ -281,8 +280,7 @@ impl CMap {
                 1 => Viewpoint::None,
                 _ => return None,
             },
-            pixel_rad: self.pixel_rad,
-            outline_offset_px: self.outline_offset_px,
+            outline_offset_rad: self.outline_offset_rad,
             hypotheses: self.hypotheses,
             hypothesis_steps: self.hypothesis_steps,
             kept: self.kept,
@@ -425,7 +423,12 @@ impl CView {
         // SAFETY: the caller answers for it.
         let (cloud, outline) =
             unsafe { (slice(self.points, self.point_count)?, slice(self.outline, self.outline_count)?) };
-        Ok(View { cloud, in_mask: (self.point_count - self.outside_mask) as usize, outline })
+        Ok(View {
+            cloud,
+            in_mask: (self.point_count - self.outside_mask) as usize,
+            outline,
+            pitch_rad: self.pitch_rad,
+        })
     }
 }
 

@@ -256,7 +256,12 @@ mod tests {
                 map: MapConfig { hypotheses: u16::MAX, ..Config::jujube().map },
                 ..Config::jujube()
             }),
-            Message::CloudBegin(CloudBegin { points: u16::MAX, in_mask: u16::MAX, outline_rays: u16::MAX }),
+            Message::CloudBegin(CloudBegin {
+                points: u16::MAX,
+                in_mask: u16::MAX,
+                outline_rays: u16::MAX,
+                pitch_rad: 0.01,
+            }),
             Message::CloudChunk(CloudChunk { offset: u16::MAX, points: &FULL }),
             Message::OutlineChunk(OutlineChunk { offset: u16::MAX, rays: &FULL }),
             Message::CloudEnd(CloudEnd { checksum: u32::MAX }),
@@ -354,7 +359,7 @@ mod tests {
     fn a_mask_is_part_of_its_cloud() {
         let mut content = [0; 16];
         for (in_mask, allowed) in [(0, true), (7, true), (8, false)] {
-            let begin = CloudBegin { points: 7, in_mask, outline_rays: 0 };
+            let begin = CloudBegin { points: 7, in_mask, outline_rays: 0, pitch_rad: 0.0 };
             let payload = postcard::to_slice(&begin, &mut content).unwrap();
             assert_eq!(Message::decode(kind::CLOUD_BEGIN, payload).is_some(), allowed);
         }
@@ -375,8 +380,7 @@ mod tests {
             boxiness: 9.0,
             noise: Noise { axial_mm: 10.0, lateral_rad: 11.0 },
             viewpoint: Viewpoint::None,
-            pixel_rad: 12.0,
-            outline_offset_px: 13.0,
+            outline_offset_rad: 12.0,
             hypotheses: 300,
             hypothesis_steps: 31,
             kept: 32,
@@ -422,7 +426,7 @@ mod tests {
             .into_iter()
             .chain(floats(1..=11)) // prior, boxiness, noise
             .chain([1]) // viewpoint none
-            .chain(floats(12..=13)) // pixel_rad, outline_offset_px
+            .chain(floats(12..=12)) // outline_offset_rad
             .chain([0xAC, 0x02, 31, 32, 33, 34]) // hypotheses 300, steps, kept, steps
             .chain(floats(14..=16)) // inflation
             .chain([0xAD, 0x02]) // min_points 301

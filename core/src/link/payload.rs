@@ -17,9 +17,9 @@ pub const RAY_BYTES: usize = 20;
 /// Bytes of a full chunk of either kind.
 pub const CHUNK_BYTES: usize = CHUNK_POINTS * POINT_BYTES;
 const _: () = assert!(CHUNK_RAYS * RAY_BYTES == CHUNK_BYTES);
-/// Outline rays a device has room for, 5 KiB of them: those of three or four jujubes at arm's length. Thirty-two of a
-/// fruit are enough; where a region has more than this they are to be thinned before they are sent.
-pub const OUTLINE_CAPACITY: usize = 256;
+/// Outline rays a device has room for, 2.5 KiB of them. Thirty-two of a fruit are enough; where a region has more than
+/// this they are to be thinned before they are sent.
+pub const OUTLINE_CAPACITY: usize = 128;
 
 /// Opens a session, whose number the frame's header carries; everything of an earlier session is forgotten.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -44,7 +44,7 @@ pub struct Welcome {
 }
 
 /// Announces a cloud; the device forgets the one it had.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct CloudBegin {
     /// Points that will follow.
     pub points: u16,
@@ -52,6 +52,8 @@ pub struct CloudBegin {
     pub in_mask: u16,
     /// Outline rays that will follow the points.
     pub outline_rays: u16,
+    /// Angle between neighbouring points, rad; 0: not known.
+    pub pitch_rad: f32,
 }
 
 /// Points of the cloud, in order, without gaps.

@@ -37,7 +37,7 @@ impl<'a> CloudSender<'a> {
         let outline = view.outline.get(..MAX_POINTS).unwrap_or(view.outline);
         let in_mask = if view.in_mask < cloud.len() { view.in_mask } else { cloud.len() };
         Self {
-            view: View { cloud, in_mask, outline },
+            view: View { cloud, in_mask, outline, ..*view },
             stage: Stage::Begin,
             digest: CRC_TABLE.digest(),
             bytes: [0; CHUNK_BYTES],
@@ -46,13 +46,14 @@ impl<'a> CloudSender<'a> {
 
     /// The next message to send: begin, points, outline rays, end, then none.
     pub fn next_message(&mut self) -> Option<Message<'_>> {
-        let View { cloud, in_mask, outline } = self.view;
+        let View { cloud, in_mask, outline, pitch_rad } = self.view;
         if let Stage::Begin = self.stage {
             self.stage = Stage::Points(0);
             return Some(Message::CloudBegin(CloudBegin {
                 points: cloud.len() as u16,
                 in_mask: in_mask as u16,
                 outline_rays: outline.len() as u16,
+                pitch_rad,
             }));
         }
         if let Stage::Points(offset) = self.stage {
@@ -126,7 +127,7 @@ impl CloudReceiver {
     /// No cloud.
     pub fn new() -> Self {
         Self {
-            announced: CloudBegin { points: 0, in_mask: 0, outline_rays: 0 },
+            announced: CloudBegin { points: 0, in_mask: 0, outline_rays: 0, pitch_rad: 0.0 },
             points: 0,
             rays: 0,
             digest: CRC_TABLE.digest(),
@@ -143,6 +144,7 @@ impl CloudReceiver {
             cloud: memory.cloud.get(..self.points)?,
             in_mask: usize::from(self.announced.in_mask),
             outline: memory.outline.get(..self.rays)?,
+            pitch_rad: self.announced.pitch_rad,
         })
     }
 
@@ -292,7 +294,12 @@ mod tests {
             for ray_count in [0, 1, 47, 48, 49, 96, 97] {
                 let (mut cloud, mut outline) = ([Point3::origin(); 241], [NO_RAY; 97]);
                 let mut memory = ViewMemory { cloud: &mut cloud, outline: &mut outline };
-                let view = View { cloud: &points[..size], in_mask: size / 2, outline: &rays[..ray_count] };
+                let view = View {
+                    cloud: &points[..size],
+                    in_mask: size / 2,
+                    outline: &rays[..ray_count],
+                    pitch_rad: 0.001 * size as f32,
+                };
                 let (receiver, outcome) = transfer(&view, &mut memory, |_| false);
                 assert_eq!(outcome, Ok(()));
                 let arrived = receiver.complete(&memory).unwrap();
@@ -307,7 +314,7 @@ mod tests {
     #[test]
     fn what_is_missing_is_noticed() {
         let (points, rays) = (cloud::<200>(), outline::<60>());
-        let view = View { cloud: &points, in_mask: 200, outline: &rays };
+        let view = View { cloud: &points, in_mask: 200, outline: &rays, pitch_rad: 0.0 };
         let (mut cloud, mut outline) = ([Point3::origin(); 200], [NO_RAY; 60]);
         let cases = [
             (0, Reason::Order, 0),  // begin
@@ -338,7 +345,7 @@ mod tests {
     #[test]
     fn the_checksum_covers_points_and_rays() {
         let (points, rays) = (cloud::<90>(), outline::<50>());
-        let view = View { cloud: &points, in_mask: 90, outline: &rays };
+        let view = View { cloud: &points, in_mask: 90, outline: &rays, pitch_rad: 0.0 };
         for damaged in 1..5 {
             let (mut cloud, mut outline) = ([Point3::origin(); 90], [NO_RAY; 50]);
             let mut memory = ViewMemory { cloud: &mut cloud, outline: &mut outline };
@@ -377,7 +384,7 @@ mod tests {
         let (mut cloud, mut outline) = ([Point3::origin(); 4], [NO_RAY; 4]);
         let mut memory = ViewMemory { cloud: &mut cloud, outline: &mut outline };
         let mut receiver = CloudReceiver::new();
-        let begin = CloudBegin { points: 2, in_mask: 2, outline_rays: 1 };
+        let begin = CloudBegin { points: 2, in_mask: 2, outline_rays: 1, pitch_rad: 0.0 };
         assert_eq!(receiver.begin(&begin, &memory), Ok(()));
         let bytes = [0; 3 * RAY_BYTES];
         let points = |count: usize| CloudChunk { offset: 0, points: &bytes[..count * POINT_BYTES] };

@@ -6,7 +6,8 @@ use defmt_semihosting as _;
 use semihosting::experimental::env::args;
 use semihosting::{println, process::exit};
 use varsac_core::{Point3, Workspace};
-use varsac_firmware_sim::scene::{SCENE_POINTS, search_digest};
+use varsac_firmware_sim::scene::{self, SCENE_POINTS};
+use varsac_firmware_sim::view::{self, Canvas, VIEW_POINTS};
 
 use crate::{counts, hardware, startup};
 
@@ -17,7 +18,8 @@ fn main() -> ! {
     // The emulator hands on the first argument too; a program of this name has none.
     let mut words = arguments.filter_map(Result::ok).skip_while(|word| *word == "prove");
     match words.next() {
-        Some("digests") => digests(words.next().and_then(|count| count.parse().ok()).unwrap_or(0)),
+        Some("digests") => digests(count(words.next())),
+        Some("views") => views(count(words.next())),
         Some("counts") => counts::print(),
         Some("flush-to-zero") => {
             hardware::set_flush_to_zero();
@@ -28,12 +30,24 @@ fn main() -> ! {
     exit(0)
 }
 
+fn count(word: Option<&str>) -> u64 {
+    word.and_then(|count| count.parse().ok()).unwrap_or(0)
+}
+
 fn digests(count: u64) {
     let cloud = cortex_m::singleton!(: [Point3; SCENE_POINTS] = [Point3::new(0.0, 0.0, 0.0); SCENE_POINTS]);
     let workspace = cortex_m::singleton!(: Workspace<SCENE_POINTS> = Workspace::new());
     let (Some(cloud), Some(workspace)) = (cloud, workspace) else { exit(2) };
     for number in 0..count {
-        let (targets, digest) = search_digest(number, cloud, workspace);
-        println!("{number} {targets} {digest:016x}");
+        println!("{number} {}", scene::search_digest(number, cloud, workspace));
+    }
+}
+
+fn views(count: u64) {
+    let canvas = cortex_m::singleton!(: Canvas = Canvas::new());
+    let workspace = cortex_m::singleton!(: Workspace<VIEW_POINTS> = Workspace::new());
+    let (Some(canvas), Some(workspace)) = (canvas, workspace) else { exit(2) };
+    for number in 0..count {
+        println!("{number} {}", view::search_digest(number, canvas, workspace));
     }
 }
