@@ -94,7 +94,7 @@ pub const TIMING: Timing = Timing { resend_after: 250, resends: 8 };
 
 const ORIGIN: Point3 = Point3::new(0.0, 0.0, 0.0);
 
-/// All memory of the main loop: 17 bytes a point, the outline rays, and two frames. The state of the search itself is on
+/// All memory of the main loop: 17 bytes a point, what is found, the outline rays, and two frames. The state of a search is on
 /// the stack while it runs.
 #[derive(Debug)]
 pub struct Memory<const N: usize> {

@@ -45,10 +45,10 @@ pub struct Canvas {
 const ORIGIN: Point3 = Point3::new(0.0, 0.0, 0.0);
 
 impl Canvas {
-    /// Nothing to be seen. Place it in a `static` on a board.
+    /// Nothing to be seen. All of it is zeros, so that on a board it is made where it stays and not on the stack.
     pub const fn new() -> Self {
         Self {
-            pixels: [(Shows::Background, BACKGROUND_MM); SIDE * SIDE],
+            pixels: [(Shows::Background, 0.0); SIDE * SIDE],
             cloud: [ORIGIN; VIEW_POINTS],
             outline: [OutlineRay { inner: ORIGIN, outer_mm: 0.0, sigma_rad: 0.0 }; VIEW_RAYS],
         }

@@ -149,6 +149,11 @@ fn header_and_library_agree_on_the_memory_of_a_search() {
         between(&header, "#define VARSAC_SEARCH_WORDS ", "\n"),
         between(&source, "const SEARCH_WORDS: usize = ", ";")
     );
+    let source = std::fs::read_to_string(capi().join("src/types.rs")).unwrap();
+    assert_eq!(
+        between(&header, "#define VARSAC_FINDS_WORDS ", "\n"),
+        between(&source, "const FINDS_WORDS: usize = ", ";")
+    );
 }
 
 #[test]

@@ -209,13 +209,20 @@ typedef struct varsac_detection {
 } varsac_detection_t;
 VARSAC_ASSERT(sizeof(varsac_detection_t) == 296, "no padding");
 
-/* Memory of a search: 5 bytes a point. Use the macro, at file scope or inside a function:
+/* Room for what one search finds, until all of it is judged; its contents are private. */
+#define VARSAC_FINDS_WORDS 800
+typedef struct varsac_finds {
+    uint64_t words[VARSAC_FINDS_WORDS];
+} varsac_finds_t;
+
+/* Memory of a search: 5 bytes a point, and a varsac_finds_t. Use the macro, at file scope or inside a function:
  *     VARSAC_WORKSPACE(workspace, 2048);
  * After a search, workspace_labels[i] is 0 or the number of the target that claimed point i. */
 typedef struct varsac_workspace {
     uint16_t *order;
     uint16_t *members;
     uint8_t *labels;
+    varsac_finds_t *finds;
     uint32_t capacity;
 } varsac_workspace_t;
 #define VARSAC_WORKSPACE(name, points)                                                          \
@@ -223,11 +230,11 @@ typedef struct varsac_workspace {
     static uint16_t name##_order[(points)];                                                     \
     static uint16_t name##_members[(points)];                                                   \
     static uint8_t name##_labels[(points)];                                                     \
-    static const varsac_workspace_t name = {name##_order, name##_members, name##_labels, (points)}
+    static varsac_finds_t name##_finds;                                                         \
+    static const varsac_workspace_t name = {name##_order, name##_members, name##_labels, &name##_finds, (points)}
 
 /* Searches a view to the end, or until `capacity` targets are found, and writes their number to `found`. Refused targets
- * are targets too: look at `verdict`. The same view, configuration and seed give the same bits on every machine.
- * The state of the search is on the stack for the length of the call: as large as a varsac_search_t. */
+ * are targets too: look at `verdict`. The same view, configuration and seed give the same bits on every machine. */
 varsac_status_t varsac_detect(const varsac_config_t *config, const varsac_view_t *view,
                               const varsac_workspace_t *workspace, uint64_t seed, varsac_detection_t *detections,
                               uint32_t capacity, uint32_t *found);
@@ -235,7 +242,7 @@ varsac_status_t varsac_detect(const varsac_config_t *config, const varsac_view_t
 /* The same in bounded pieces, for a loop that must not be held up. Memory of a search; its contents are private.
  * From varsac_begin on, do not move or change search, points, outline or workspace until the search is over or given up;
  * to give it up, simply do not call varsac_step again. */
-#define VARSAC_SEARCH_WORDS 1000
+#define VARSAC_SEARCH_WORDS 176
 typedef struct varsac_search {
     uint64_t words[VARSAC_SEARCH_WORDS];
 } varsac_search_t;

@@ -7,7 +7,7 @@ use varsac_core::{CloudError, Config, Detections, Detector, Scratch, Step, View}
 use crate::types::{CConfig, CDetection, CView, CWorkspace, Status};
 
 /// `VARSAC_SEARCH_WORDS` of the header: room for a search on 32- and 64-bit machines, and some to grow.
-const SEARCH_WORDS: usize = 1000;
+const SEARCH_WORDS: usize = 176;
 
 /// `varsac_search_t`: memory that the caller owns and does not look into.
 #[repr(C)]

@@ -1,10 +1,10 @@
 //! The structs that cross the border. Plain data in fixed-width types; the header repeats them field by field.
 
 use core::ffi::CStr;
-use core::mem::{align_of, size_of};
+use core::mem::{MaybeUninit, align_of, size_of};
 
 use varsac_core::{
-    Config, ConfigError, Constraint, Detection, Gate, Inflation, MAX_SIZES, MapConfig, Method, Noise,
+    Config, ConfigError, Constraint, Detection, Finds, Gate, Inflation, MAX_SIZES, MapConfig, Method, Noise,
     OutlineRay, Point3, RefusalCode, Scratch, SizePrior, View, Viewpoint,
 };
 
@@ -150,8 +150,22 @@ pub struct CWorkspace {
     pub order: *mut u16,
     pub members: *mut u16,
     pub labels: *mut u8,
+    pub finds: *mut CFinds,
     pub capacity: u32,
 }
+
+/// `VARSAC_FINDS_WORDS` of the header: room for what is found, and some to grow.
+const FINDS_WORDS: usize = 800;
+
+/// `varsac_finds_t`: memory that the caller owns and does not look into.
+#[repr(C)]
+#[derive(Debug)]
+pub struct CFinds {
+    words: [MaybeUninit<u64>; FINDS_WORDS],
+}
+
+const _: () = assert!(size_of::<Finds>() <= size_of::<CFinds>());
+const _: () = assert!(align_of::<Finds>() <= align_of::<CFinds>());
 
 // The header asserts the same numbers.
 const _: () = assert!(size_of::<CPoint>() == 12 && align_of::<CPoint>() == 4);
@@ -450,13 +464,12 @@ impl CWorkspace {
     /// The buffers as the core takes them.
     ///
     /// # Safety
-    /// Each pointer leads to `capacity` elements that nobody else touches for as long as `'a`.
+    /// The pointers to lists lead to `capacity` elements, the other to what it says, and nobody else touches them for as
+    /// long as `'a`.
     pub(crate) unsafe fn scratch<'a>(&self) -> Result<Scratch<'a>, Status> {
-        if self.order.is_null()
-            || self.members.is_null()
-            || self.labels.is_null()
-            || self.capacity > MAX_ITEMS
-        {
+        let missing =
+            self.order.is_null() || self.members.is_null() || self.labels.is_null() || self.finds.is_null();
+        if missing || self.capacity > MAX_ITEMS {
             return Err(Status::Argument);
         }
         let capacity = self.capacity as usize;
@@ -468,6 +481,12 @@ impl CWorkspace {
                 core::slice::from_raw_parts_mut(self.labels, capacity),
             )
         };
-        Ok(Scratch::new(order, members, labels))
+        let finds = self.finds.cast::<Finds>();
+        // SAFETY: size and alignment are asserted above; not null, and the caller answers for the rest.
+        let finds = unsafe {
+            finds.write(Finds::new());
+            &mut *finds
+        };
+        Ok(Scratch::new(order, members, labels, finds))
     }
 }

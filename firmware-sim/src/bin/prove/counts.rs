@@ -26,7 +26,7 @@ fn SysTick() {
     WRAPS.store(WRAPS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
 }
 
-fn ticks() -> u64 {
+pub(crate) fn ticks() -> u64 {
     loop {
         let before = WRAPS.load(Ordering::Relaxed);
         let down = SYST::get_current();
@@ -40,8 +40,13 @@ fn ticks() -> u64 {
 pub(crate) fn counted<T>(overhead: u64, work: impl FnOnce() -> T) -> (u64, T) {
     let start = ticks();
     let result = black_box(work());
+    (since(start, overhead), result)
+}
+
+/// Instructions since `start`. For results that are too large to be handed through [`counted`].
+pub(crate) fn since(start: u64, overhead: u64) -> u64 {
     let nanoseconds = (ticks() - start) * 1_000_000_000 / u64::from(BOARD.clock_hz);
-    ((nanoseconds / 64).saturating_sub(overhead), result)
+    (nanoseconds / 64).saturating_sub(overhead)
 }
 
 /// Prints one `name value` a line.
@@ -118,9 +123,9 @@ fn search(
     first: bool,
 ) -> Cost {
     let mut cost = Cost::default();
-    let (begin, run) = counted(overhead, || detector.detect(cloud, workspace.scratch(), 1));
-    let Ok(mut run) = run else { exit(3) };
-    cost.instructions = begin;
+    let start = ticks();
+    let Ok(mut run) = detector.detect(cloud, workspace.scratch(), 1) else { exit(3) };
+    cost.instructions = since(start, overhead);
     loop {
         let (step, outcome) = counted(overhead, || run.step());
         cost.instructions += step;
