@@ -37,7 +37,8 @@ enum Shows {
 /// Room for one view and for the raster it is made on.
 #[derive(Debug)]
 pub struct Canvas {
-    pixels: [(Shows, f32); SIDE * SIDE],
+    shows: [Shows; SIDE * SIDE],
+    depth_mm: [f32; SIDE * SIDE],
     cloud: [Point3; VIEW_POINTS],
     outline: [OutlineRay; VIEW_RAYS],
 }
@@ -45,10 +46,11 @@ pub struct Canvas {
 const ORIGIN: Point3 = Point3::new(0.0, 0.0, 0.0);
 
 impl Canvas {
-    /// Nothing to be seen. All of it is zeros, so that on a board it is made where it stays and not on the stack.
+    /// Nothing to be seen. Place it in a `static` on a board.
     pub const fn new() -> Self {
         Self {
-            pixels: [(Shows::Background, 0.0); SIDE * SIDE],
+            shows: [Shows::Background; SIDE * SIDE],
+            depth_mm: [0.0; SIDE * SIDE],
             cloud: [ORIGIN; VIEW_POINTS],
             outline: [OutlineRay { inner: ORIGIN, outer_mm: 0.0, sigma_rad: 0.0 }; VIEW_RAYS],
         }
@@ -78,7 +80,7 @@ impl Canvas {
     }
 
     fn render(&mut self, fruit: &[Fruit], leaf: usize, stream: &mut Stream) -> View<'_> {
-        for (k, pixel) in self.pixels.iter_mut().enumerate() {
+        for (k, (shows, depth_mm)) in self.shows.iter_mut().zip(&mut self.depth_mm).enumerate() {
             let (u, v) = (k % SIDE, k / SIDE);
             let mut seen =
                 if u >= leaf { (Shows::Leaf, LEAF_MM) } else { (Shows::Background, BACKGROUND_MM) };
@@ -91,7 +93,7 @@ impl Canvas {
             }
             // Sum of four: close to a normal distribution of 0.7 mm.
             let sum = uniform(stream) + uniform(stream) + uniform(stream) + uniform(stream);
-            *pixel = (seen.0, seen.1 + 1.21 * (sum - 2.0));
+            (*shows, *depth_mm) = (seen.0, seen.1 + 1.21 * (sum - 2.0));
         }
         let in_mask = self.list(0, |shows, _| shows == Shows::Fruit);
         let points = self.list(in_mask, |shows, beside| shows != Shows::Fruit && beside);
@@ -104,13 +106,16 @@ impl Canvas {
         }
     }
 
+    fn pixel(&self, at: usize) -> Option<(Shows, f32)> {
+        self.shows.get(at).copied().zip(self.depth_mm.get(at).copied())
+    }
+
     /// Appends the points of the wanted pixels (what it shows; whether a fruit's pixel is beside it); how many there are then.
     fn list(&mut self, mut count: usize, wanted: impl Fn(Shows, bool) -> bool) -> usize {
         for v in 0..SIDE {
             for u in 0..SIDE {
-                let Some(&(shows, z)) = self.pixels.get(v * SIDE + u) else { continue };
-                let beside = neighbours(u, v)
-                    .any(|(at, _)| self.pixels.get(at).is_some_and(|pixel| pixel.0 == Shows::Fruit));
+                let Some((shows, z)) = self.pixel(v * SIDE + u) else { continue };
+                let beside = neighbours(u, v).any(|(at, _)| self.shows.get(at) == Some(&Shows::Fruit));
                 if wanted(shows, beside)
                     && let Some(slot) = self.cloud.get_mut(count)
                 {
@@ -127,9 +132,9 @@ impl Canvas {
         let mut count = 0;
         for v in 0..SIDE {
             for u in 0..SIDE {
-                let Some(&(Shows::Fruit, z)) = self.pixels.get(v * SIDE + u) else { continue };
+                let Some((Shows::Fruit, z)) = self.pixel(v * SIDE + u) else { continue };
                 for (at, [du, dv]) in neighbours(u, v) {
-                    let Some(&(_, outer_mm)) = self.pixels.get(at) else { continue };
+                    let Some((_, outer_mm)) = self.pixel(at) else { continue };
                     if outer_mm < z + STEP_MM {
                         continue;
                     }

@@ -14,6 +14,7 @@ use varsac_core::fit::fit;
 use varsac_core::tebc::Shell;
 use varsac_core::{Config, Detector, Point3, Step, Workspace};
 use varsac_firmware_sim::scene::{FRUIT_POINTS, SCENE_POINTS, config, one_fruit, scene};
+use varsac_firmware_sim::view::Canvas;
 
 use crate::hardware::stack_high_water;
 use crate::startup::BOARD;
@@ -50,10 +51,10 @@ pub(crate) fn since(start: u64, overhead: u64) -> u64 {
 }
 
 /// Prints one `name value` a line.
-pub(crate) fn print() {
+pub(crate) fn print(canvas: &mut Canvas) {
     let overhead = start();
     paper(overhead);
-    crate::default_counts::print(overhead);
+    crate::default_counts::print(overhead, canvas);
 }
 
 /// Starts the timer; what reading it costs.

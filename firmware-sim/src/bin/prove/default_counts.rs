@@ -41,10 +41,9 @@ impl Observer for Purpose {
 /// Prints one `name value` a line: a view of one whole fruit, about 250 points and its outline. Its cost until the fruit
 /// is handed out when no other is asked for, and until the view is exhausted.
 #[inline(never)]
-pub(crate) fn print(overhead: u64) {
-    let canvas = cortex_m::singleton!(: Canvas = Canvas::new());
+pub(crate) fn print(overhead: u64, canvas: &mut Canvas) {
     let workspace = cortex_m::singleton!(: Workspace<VIEW_POINTS> = Workspace::new());
-    let (Some(canvas), Some(workspace)) = (canvas, workspace) else { exit(2) };
+    let Some(workspace) = workspace else { exit(2) };
     let view = canvas.one_fruit();
     println!("map.points {}", view.cloud.len());
     println!("map.outline_rays {}", view.outline.len());

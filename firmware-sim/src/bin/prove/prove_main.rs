@@ -13,14 +13,16 @@ use crate::{counts, hardware, startup};
 
 #[entry]
 fn main() -> ! {
+    // Made at compile time: too large to pass over the stack on its way to where it stays.
+    static mut CANVAS: Canvas = Canvas::new();
     startup::check_arithmetic();
     let Ok(arguments) = args::<128>() else { exit(2) };
     // The emulator hands on the first argument too; a program of this name has none.
     let mut words = arguments.filter_map(Result::ok).skip_while(|word| *word == "prove");
     match words.next() {
         Some("digests") => digests(count(words.next())),
-        Some("views") => views(count(words.next())),
-        Some("counts") => counts::print(),
+        Some("views") => views(count(words.next()), CANVAS),
+        Some("counts") => counts::print(CANVAS),
         Some("flush-to-zero") => {
             hardware::set_flush_to_zero();
             startup::check_arithmetic();
@@ -43,10 +45,9 @@ fn digests(count: u64) {
     }
 }
 
-fn views(count: u64) {
-    let canvas = cortex_m::singleton!(: Canvas = Canvas::new());
+fn views(count: u64, canvas: &mut Canvas) {
     let workspace = cortex_m::singleton!(: Workspace<VIEW_POINTS> = Workspace::new());
-    let (Some(canvas), Some(workspace)) = (canvas, workspace) else { exit(2) };
+    let Some(workspace) = workspace else { exit(2) };
     for number in 0..count {
         println!("{number} {}", view::search_digest(number, canvas, workspace));
     }
