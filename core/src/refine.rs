@@ -75,12 +75,14 @@ impl Normal {
     pub fn add_prior(&mut self, prior: &SizeTerm, ln_axes: &[f32; 3]) {
         let p = &prior.information;
         let d = p.times(prior.departure(ln_axes));
-        for (k, value) in [(0, p.xx), (1, p.yy), (2, p.zz)] {
-            self.matrix.add_diagonal(6 + k, value);
-            self.gradient[6 + k] += d[k];
+        let [.., a, b, c] = &mut self.gradient;
+        for (entry, value) in [a, b, c].into_iter().zip(d) {
+            *entry += value;
         }
-        for (i, j, value) in [(7, 6, p.xy), (8, 6, p.xz), (8, 7, p.yz)] {
-            self.matrix.0[crate::linalg::packed(i, j)] += value;
+        for (i, j, value) in
+            [(6, 6, p.xx), (7, 7, p.yy), (8, 8, p.zz), (7, 6, p.xy), (8, 6, p.xz), (8, 7, p.yz)]
+        {
+            self.matrix.add_entry(i, j, value);
         }
     }
 }
@@ -121,6 +123,8 @@ pub(crate) struct Evidence<'a> {
     /// Points near the model, ascending.
     pub(crate) members: &'a [u16],
     labels: &'a [u8],
+    /// Points of the mask: those before this index.
+    in_mask: usize,
     /// Label of the model's own points.
     own: u8,
     pub(crate) outline: &'a [OutlineRay],
@@ -138,6 +142,8 @@ pub(crate) struct Terms {
     pub(crate) offset_rad: f32,
     /// Standard deviation of the boxiness; 0: an ellipsoid.
     pub(crate) boxiness: f32,
+    /// How much a point tells, 0 to 1.
+    pub(crate) independence: f32,
 }
 
 /// `3^2`, Geman-McClure on outline rays.
@@ -152,14 +158,20 @@ impl<'a> Evidence<'a> {
             cloud: field.view.cloud,
             members: field.scratch.members.get(..members).unwrap_or(&[]),
             labels: field.scratch.labels,
+            in_mask: field.view.in_mask,
             own,
             outline: field.view.outline,
         }
     }
 
-    /// True when the point can lie on the model: it is nobody's or its own. A point of another fruit cannot, but it can be
-    /// seen beside or through it.
+    /// True when the point can lie on the model: it is in the mask, and nobody's or the model's own. Others cannot, but they
+    /// can be seen beside or through it.
     pub(crate) fn is_open(&self, index: u16) -> bool {
+        usize::from(index) < self.in_mask && self.is_unclaimed(index)
+    }
+
+    /// True when no other fruit has claimed the point.
+    pub(crate) fn is_unclaimed(&self, index: u16) -> bool {
         self.labels.get(usize::from(index)).is_some_and(|&label| label == 0 || label == self.own)
     }
 
@@ -185,7 +197,7 @@ impl<'a> Evidence<'a> {
             let phi = fullness(contact.u);
             contact.value -= estimate.boxiness * phi;
             if let Some(weight) = kernel.weight(contact.square()) {
-                let w = weight / contact.variance;
+                let w = (weight * terms.independence) / contact.variance;
                 moments.add(contact.u, contact.value, w);
                 nuisances.add_point(contact.u, contact.value, w, phi);
             }
@@ -237,26 +249,31 @@ impl Estimate {
     /// The ellipsoid with its semi-axes sorted and the sign rule of [`Ellipsoid`] applied, and for each of them its index
     /// here. Orthonormalised again: thirty small turns leave a few roundings.
     pub fn sorted(&self) -> (Ellipsoid, [usize; 3]) {
-        let sizes = self.ln_axes.map(libm::expf);
-        let mut order = [0, 1, 2];
-        for (i, j) in [(0, 1), (1, 2), (0, 1)] {
-            if sizes[order[j]] > sizes[order[i]] {
-                order.swap(i, j);
+        let [a, b, c] = self.ln_axes.map(libm::expf);
+        let [axis_a, axis_b, axis_c] = self.axes;
+        let (mut first, mut second, mut third) = ((a, axis_a, 0), (b, axis_b, 1), (c, axis_c, 2));
+        let exchange_if_larger = |front: &mut (f32, [f32; 3], usize), back: &mut (f32, [f32; 3], usize)| {
+            if back.0 > front.0 {
+                core::mem::swap(front, back);
             }
-        }
+        };
+        exchange_if_larger(&mut first, &mut second);
+        exchange_if_larger(&mut second, &mut third);
+        exchange_if_larger(&mut first, &mut second);
+        let sorted = [first, second, third];
         let [x, y, z] = self.centre;
-        let [a, b, c] = order.map(|k| self.axes[k]);
+        let [a, b, _] = sorted.map(|(_, axis, _)| axis);
         let a = unit(a);
         let along = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let b = unit([b[0] - along * a[0], b[1] - along * a[1], b[2] - along * a[2]]);
-        let axes = crate::ellipsoid::right_handed([a, b, c]);
+        let axes = crate::ellipsoid::right_handed([a, b, third.1]);
         let [a, b, _] = axes;
         let ellipsoid = Ellipsoid {
             centre: Point3::new(x, y, z),
-            semi_axes: order.map(|k| sizes[k]),
+            semi_axes: sorted.map(|(size, ..)| size),
             axes: [a, b, cross(a, b)],
         };
-        (ellipsoid, order)
+        (ellipsoid, sorted.map(|(.., index)| index))
     }
 
     /// Solves the normal equations and moves. `None` when they are singular or the step is not finite.

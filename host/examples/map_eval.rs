@@ -343,7 +343,8 @@ fn touching(family: &Family, s: &Setup) {
             let outline = if s.outline {
                 outline_rays(
                     &scene.patch.depth,
-                    &mask,
+                    (0..=mask.width as i64, 0..=mask.height as i64),
+                    |u, v| mask.get(u, v).is_some_and(|x| x > 0),
                     f,
                     |u, v| [(w.left as f64 + u) / f, (w.top as f64 + v) / f],
                     10.0,
@@ -355,6 +356,7 @@ fn touching(family: &Family, s: &Setup) {
                 cloud: &cloud,
                 in_mask: if s.outline { in_mask } else { cloud.len() },
                 outline: &outline,
+                pitch_rad: (1.0 / f) as f32,
             };
             let mut workspace = Box::new(Workspace::<8192>::new());
             let clock = cpu_ns();

@@ -34,7 +34,7 @@ enum {
     VARSAC_ERROR_ARGUMENT = -1,     /* a pointer is null or a number is out of range */
     VARSAC_ERROR_CONFIGURATION = -2,/* a field of the configuration is out of range */
     VARSAC_ERROR_COORDINATE = -3,   /* a coordinate is not finite or beyond 1e9 */
-    VARSAC_ERROR_CAPACITY = -4      /* more points than the workspace holds */
+    VARSAC_ERROR_CAPACITY = -4      /* more points than the workspace holds, or more than 4096 outline rays */
 };
 
 /* A sentence for a status; never null. It is in flash only if you call this. */
@@ -59,7 +59,7 @@ typedef struct varsac_view {
     const varsac_outline_ray_t *outline; /* rays found in the depth image; may be null */
     uint32_t point_count;                /* at most 65535 */
     uint32_t outside_mask;               /* the last so many points are not of the fruit's colour: what is seen around it */
-    uint32_t outline_count;
+    uint32_t outline_count;              /* at most 4096 */
     float pitch_rad;                     /* angle between neighbouring points, 1 / focal length in pixels; 0: not known, and how
                                             much of a fruit is visible is not tested */
 } varsac_view_t;
@@ -107,6 +107,7 @@ typedef struct varsac_map {
     varsac_prior_t prior;
     float boxiness;             /* standard deviation of how much fuller than an ellipsoid the fruit are; 0: ellipsoids */
     varsac_noise_t noise;
+    float independence;         /* how much a point tells beside one with noise of its own; above 0 to 1 */
     float outline_offset_rad;   /* standard deviation of the displacement common to all outline rays */
     varsac_inflation_t inflation;
     varsac_gate_t gate;
@@ -118,7 +119,7 @@ typedef struct varsac_map {
     uint8_t final_steps;        /* 1 to 50 */
     uint8_t reserved;           /* 0 */
 } varsac_map_t;
-VARSAC_ASSERT(sizeof(varsac_map_t) == 112, "no padding");
+VARSAC_ASSERT(sizeof(varsac_map_t) == 116, "no padding");
 
 /* Which search. */
 enum {
@@ -150,7 +151,7 @@ typedef struct varsac_config {
     /* The default search. */
     varsac_map_t map;
 } varsac_config_t;
-VARSAC_ASSERT(sizeof(varsac_config_t) == 164, "no padding");
+VARSAC_ASSERT(sizeof(varsac_config_t) == 168, "no padding");
 VARSAC_ASSERT(offsetof(varsac_config_t, sample_sizes) == 35, "no padding");
 VARSAC_ASSERT(offsetof(varsac_config_t, map) == 52, "no padding");
 

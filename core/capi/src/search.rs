@@ -150,7 +150,7 @@ unsafe fn begin<'a>(
     let detector = &search.detector;
     let run = detector.detect_view(&view, scratch, seed).map_err(|error| match error {
         CloudError::Coordinate { .. } => Status::Coordinate,
-        CloudError::TooManyPoints { .. } => Status::Capacity,
+        CloudError::TooManyPoints { .. } | CloudError::TooManyRays { .. } => Status::Capacity,
     })?;
     Ok(search.run.insert(run))
 }

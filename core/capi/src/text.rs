@@ -15,7 +15,7 @@ pub extern "C" fn varsac_status_text(status: i32) -> *const c_char {
         -1 => c"a pointer is null or a number is out of range",
         -2 => c"a field of the configuration is out of range; varsac_config_problem names it",
         -3 => c"a coordinate of the cloud is not finite or too large",
-        -4 => c"the cloud has more points than the workspace",
+        -4 => c"the cloud has more points than the workspace, or more outline rays than a view may have",
         _ => c"not a status of this version",
     };
     text.as_ptr()
@@ -64,7 +64,7 @@ pub unsafe extern "C" fn varsac_config_problem(config: *const CConfig) -> *const
 
 /// The core's names of the fields it checks, which do not end in 0, with their 0. As expressions behind `config->` or
 /// `config.` they are C.
-const FIELDS: [&CStr; 38] = [
+const FIELDS: [&CStr; 39] = [
     c"confidence",
     c"sample_sizes",
     c"shell",
@@ -84,6 +84,7 @@ const FIELDS: [&CStr; 38] = [
     c"map.boxiness",
     c"map.noise.axial_mm",
     c"map.noise.lateral_rad",
+    c"map.independence",
     c"map.outline_offset_rad",
     c"map.hypotheses",
     c"map.hypothesis_steps",

@@ -42,6 +42,7 @@ pub struct CMap {
     pub prior: CPrior,
     pub boxiness: f32,
     pub noise: CNoise,
+    pub independence: f32,
     pub outline_offset_rad: f32,
     pub inflation: CInflation,
     pub gate: CGate,
@@ -169,8 +170,8 @@ const _: () = assert!(align_of::<Finds>() <= align_of::<CFinds>());
 
 // The header asserts the same numbers.
 const _: () = assert!(size_of::<CPoint>() == 12 && align_of::<CPoint>() == 4);
-const _: () = assert!(size_of::<CMap>() == 112);
-const _: () = assert!(size_of::<CConfig>() == 164);
+const _: () = assert!(size_of::<CMap>() == 116);
+const _: () = assert!(size_of::<CConfig>() == 168);
 const _: () = assert!(size_of::<CDetection>() == 296);
 const _: () = assert!(size_of::<COutlineRay>() == 20 && align_of::<COutlineRay>() == 4);
 const _: () = assert!(size_of::<CView>() == 16 + 2 * size_of::<usize>());
@@ -242,6 +243,7 @@ impl From<&MapConfig> for CMap {
             },
             boxiness: map.boxiness,
             noise: CNoise { axial_mm: noise.axial_mm, lateral_rad: noise.lateral_rad },
+            independence: map.independence,
             outline_offset_rad: map.outline_offset_rad,
             inflation: CInflation {
                 base: inflation.base,
@@ -294,6 +296,7 @@ impl CMap {
                 1 => Viewpoint::None,
                 _ => return None,
             },
+            independence: self.independence,
             outline_offset_rad: self.outline_offset_rad,
             hypotheses: self.hypotheses,
             hypothesis_steps: self.hypothesis_steps,

@@ -379,8 +379,9 @@ mod tests {
             },
             boxiness: 9.0,
             noise: Noise { axial_mm: 10.0, lateral_rad: 11.0 },
+            independence: 12.0,
             viewpoint: Viewpoint::None,
-            outline_offset_rad: 12.0,
+            outline_offset_rad: 13.0,
             hypotheses: 300,
             hypothesis_steps: 31,
             kept: 32,
@@ -424,9 +425,9 @@ mod tests {
         };
         let expected = paper
             .into_iter()
-            .chain(floats(1..=11)) // prior, boxiness, noise
+            .chain(floats(1..=12)) // prior, boxiness, noise, independence
             .chain([1]) // viewpoint none
-            .chain(floats(12..=12)) // outline_offset_rad
+            .chain(floats(13..=13)) // outline_offset_rad
             .chain([0xAC, 0x02, 31, 32, 33, 34]) // hypotheses 300, steps, kept, steps
             .chain(floats(14..=16)) // inflation
             .chain([0xAD, 0x02]) // min_points 301

@@ -126,6 +126,7 @@ impl<'a> MapRun<'a> {
             window_mm: WINDOW * short,
             offset_rad: map.outline_offset_rad,
             boxiness: 0.0,
+            independence: map.independence,
         };
         Self { phase: Phase::Begin, failures: 0, terms, scale: Scale { long, short }, found }
     }
