@@ -11,6 +11,7 @@
 pub mod figure;
 pub mod html;
 mod on_canvas;
+pub mod onesided;
 mod plot;
 mod scale;
 pub mod table;
@@ -30,7 +31,15 @@ use figure::Figure;
 use table::Table;
 
 /// All experiments, in the order of the paper.
-pub const EXPERIMENTS: &[Experiment] = &[fig5::EXPERIMENT, fig6::EXPERIMENT];
+pub const EXPERIMENTS: &[Experiment] = &[
+    fig5::EXPERIMENT,
+    fig6::EXPERIMENT,
+    onesided::ONE_SIDED,
+    onesided::OUTLINE,
+    onesided::DECOYS,
+    onesided::CALIBRATION,
+    onesided::TOUCHING,
+];
 
 /// One experiment.
 #[derive(Debug, Clone, Copy)]

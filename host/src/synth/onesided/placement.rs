@@ -219,7 +219,9 @@ mod tests {
             fruit_coloured: true,
         };
         // The lattice on the surface has steps of 24 deg: it sees an overlap from 3 % of a radius on.
-        assert!(intersect(&ball(0.0, 10.0), &ball(14.4, 5.0)) && intersect(&ball(0.0, 10.0), &ball(1.0, 2.0)));
+        assert!(
+            intersect(&ball(0.0, 10.0), &ball(14.4, 5.0)) && intersect(&ball(0.0, 10.0), &ball(1.0, 2.0))
+        );
         assert!(!intersect(&ball(0.0, 10.0), &ball(15.01, 5.0)));
     }
 
