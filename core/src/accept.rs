@@ -36,6 +36,26 @@ pub enum RefusalCode {
     Singular,
 }
 
+impl RefusalCode {
+    /// Its name in reports.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::FewPoints => "few_points",
+            Self::SizeConflict => "size_conflict",
+            Self::SizeUnknown => "size_unknown",
+            Self::Ambiguous => "ambiguous",
+            Self::Outline => "outline",
+            Self::Visible => "visible",
+            Self::Colour => "colour",
+            Self::Uncertain => "uncertain",
+            Self::Flat => "flat",
+            Self::Through => "through",
+            Self::SharedVolume => "shared_volume",
+            Self::Singular => "singular",
+        }
+    }
+}
+
 /// A failed test: for some codes the value is above the limit, for others below.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -92,6 +112,28 @@ impl Gate {
         flat: 1.3,
         through: 0.15,
         shared_volume: 0.75,
+    };
+
+    /// Half of the refusals' limits: fewer accepted, fewer wrong.
+    pub const STRICT: Self = Self {
+        size_conflict: 7.0,
+        size_unknown: 0.10,
+        ambiguous: 0.90,
+        outline: 0.9,
+        visible: 0.50,
+        uncertain_mm: 1.3,
+        ..Self::BALANCED
+    };
+
+    /// More accepted, more wrong.
+    pub const EAGER: Self = Self {
+        size_conflict: 14.0,
+        size_unknown: 0.15,
+        ambiguous: 0.97,
+        outline: 1.3,
+        visible: 0.25,
+        uncertain_mm: 3.0,
+        ..Self::BALANCED
     };
 
     /// The same for fruit with this shortest semi-axis, mm: what is a length is scaled.

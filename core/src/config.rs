@@ -90,10 +90,8 @@ pub struct MapConfig {
     pub noise: Noise,
     /// From where the points were seen.
     pub viewpoint: Viewpoint,
-    /// Pitch of the points, rad: one over the focal length in pixels where each pixel is a point.
-    pub pixel_rad: f32,
-    /// Standard deviation of the displacement common to all outline rays, in units of `pixel_rad`.
-    pub outline_offset_px: f32,
+    /// Standard deviation of the displacement common to all outline rays, rad.
+    pub outline_offset_rad: f32,
     /// Hypotheses per target. 1 to 1000.
     pub hypotheses: u16,
     /// Gauss-Newton steps of a hypothesis. 0 to 50.
@@ -110,16 +108,22 @@ pub struct MapConfig {
     pub gate: Gate,
 }
 
+/// Focal length of a Kinect v2's depth camera, pixels: the camera of the presets.
+const KINECT_V2_PX: f32 = 365.456;
+/// Deviation of where a depth pixel looks, pixels.
+const LATERAL_PX: f32 = 0.365;
+/// Deviation of the displacement common to all outline rays, pixels.
+const OFFSET_PX: f32 = 0.15;
+
 impl MapConfig {
     /// Fruit of this size before a Kinect v2, accepted with care.
     pub const fn of(prior: SizePrior) -> Self {
         Self {
             prior,
             boxiness: 0.08,
-            noise: Noise { axial_mm: 1.0, lateral_rad: 0.001 },
+            noise: Noise { axial_mm: 1.0, lateral_rad: LATERAL_PX / KINECT_V2_PX },
             viewpoint: Viewpoint::Origin,
-            pixel_rad: 1.0 / 365.456,
-            outline_offset_px: 0.15,
+            outline_offset_rad: OFFSET_PX / KINECT_V2_PX,
             hypotheses: 24,
             hypothesis_steps: 3,
             kept: 4,
@@ -127,6 +131,15 @@ impl MapConfig {
             final_steps: 5,
             inflation: Inflation { base: 0.75, per_conflict: 0.2, per_clutter: 5.0 },
             gate: Gate::BALANCED.scaled(prior.semi_axes_mm[2]),
+        }
+    }
+
+    /// The same for a camera whose depth pixels are `pitch_rad` apart: what is a fraction of a pixel is scaled.
+    pub fn with_pitch(self, pitch_rad: f32) -> Self {
+        Self {
+            noise: Noise { lateral_rad: LATERAL_PX * pitch_rad, ..self.noise },
+            outline_offset_rad: OFFSET_PX * pitch_rad,
+            ..self
         }
     }
 
@@ -150,8 +163,8 @@ impl MapConfig {
         require((0.0..=1.0).contains(&self.boxiness), "map.boxiness", self.boxiness, "0 to 1")?;
         require(positive(self.noise.axial_mm), "map.noise.axial_mm", self.noise.axial_mm, POSITIVE)?;
         require(positive(self.noise.lateral_rad), "map.noise.lateral_rad", self.noise.lateral_rad, POSITIVE)?;
-        require(positive(self.pixel_rad), "map.pixel_rad", self.pixel_rad, POSITIVE)?;
-        require(positive(self.outline_offset_px), "map.outline_offset_px", self.outline_offset_px, POSITIVE)?;
+        let offset = self.outline_offset_rad;
+        require(positive(offset), "map.outline_offset_rad", offset, POSITIVE)?;
         let hypotheses = f32::from(self.hypotheses);
         require((1..=1000).contains(&self.hypotheses), "map.hypotheses", hypotheses, "1 to 1000")?;
         let steps = f32::from(self.hypothesis_steps);

@@ -14,12 +14,15 @@ pub struct View<'a> {
     pub in_mask: usize,
     /// Outline rays found in the depth image; may be empty.
     pub outline: &'a [OutlineRay],
+    /// Angle between neighbouring points of a frontal surface, rad: one over the focal length in pixels where each pixel is
+    /// a point. 0: not known, and how much of a fruit is visible is not tested.
+    pub pitch_rad: f32,
 }
 
 impl<'a> From<&'a [Point3]> for View<'a> {
-    /// All points in the mask, no outline.
+    /// All points in the mask, no outline, pitch not known.
     fn from(cloud: &'a [Point3]) -> Self {
-        Self { cloud, in_mask: cloud.len(), outline: &[] }
+        Self { cloud, in_mask: cloud.len(), outline: &[], pitch_rad: 0.0 }
     }
 }
 

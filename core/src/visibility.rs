@@ -101,16 +101,16 @@ impl Evidence<'_> {
     }
 }
 
-/// Pixels the whole near side of an ellipsoid covers in a camera with square pixels of `pixel_rad`, rad at the image
+/// Pixels the whole near side of an ellipsoid covers in a camera with square pixels of `pitch_rad`, rad at the image
 /// centre: the area of its shadow along the ray of its centre, `pi sqrt((bc v1)^2 + (ca v2)^2 + (ab v3)^2)` with `v` the
 /// direction in the body's frame, over a pixel's footprint there.
-pub fn predicted_pixels(ellipsoid: &Ellipsoid, pixel_rad: f32) -> f32 {
+pub fn predicted_pixels(ellipsoid: &Ellipsoid, pitch_rad: f32) -> f32 {
     let centre = [ellipsoid.centre.x, ellipsoid.centre.y, ellipsoid.centre.z];
     let [a, b, c] = ellipsoid.semi_axes;
     let [ra, rb, rc] = ellipsoid.axes;
     let shadow = [(b * c) * dot(ra, centre), (c * a) * dot(rb, centre), (a * b) * dot(rc, centre)];
     // Area of the shadow times the range; the range and the cosine of the footprint leave z |c| / |c| = z.
     let area = core::f32::consts::PI * libm::sqrtf(dot(shadow, shadow));
-    let footprint = pixel_rad * centre[2];
+    let footprint = pitch_rad * centre[2];
     area / ((footprint * footprint) * centre[2])
 }

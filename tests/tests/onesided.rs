@@ -138,7 +138,8 @@ fn a_mask_that_is_wrong_by_a_pixel_does_no_harm() {
         averaged.biased("1 px too small", -1, [0, 0]),
         averaged.biased("1 px to the right", 0, [1, 0]),
     ] {
-        let figures = [limit(RIGHT, AtLeast(0.97)), limit(CENTRE, AtMost(0.7)), limit(CENTRE_90, AtMost(1.8))];
+        let figures =
+            [limit(RIGHT, AtLeast(0.97)), limit(CENTRE, AtMost(0.7)), limit(CENTRE_90, AtMost(1.8))];
         hold("outline", case, Method::Outline, 300, &figures);
     }
 }

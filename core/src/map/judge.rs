@@ -12,7 +12,7 @@ use crate::{
     refine::{Estimate, Evidence, Terms},
     residual::RayModel,
     size::size_evidence,
-    visibility::{Sight, predicted_pixels, sight},
+    visibility::{Sight, Support, predicted_pixels, sight},
 };
 
 /// What one step came to.
@@ -113,7 +113,7 @@ fn verdict(
         rival: fruit.rival,
         outline_rays,
         outline,
-        visible: f32::from(support.explained) / predicted_pixels(&ellipsoid, config.pixel_rad),
+        visible: visible(&support, &ellipsoid, field.view.pitch_rad),
         colour: points.outside,
         sigma_mm: covariance.map_or(f32::INFINITY, |c| c.sigma_centre_max_mm()),
         flat: points.flat,
@@ -133,6 +133,15 @@ fn verdict(
         covariance,
         findings: Some(findings),
     })
+}
+
+/// Explained over predicted pixels; infinite where the pitch is not known.
+fn visible(support: &Support, ellipsoid: &Ellipsoid, pitch_rad: f32) -> f32 {
+    if pitch_rad > 0.0 {
+        f32::from(support.explained) / predicted_pixels(ellipsoid, pitch_rad)
+    } else {
+        f32::INFINITY
+    }
 }
 
 /// The contact function with the nearest fruit that was accepted before; for a ghost, with any that is none.

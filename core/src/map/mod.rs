@@ -106,7 +106,7 @@ impl MapRun {
             noise: map.noise,
             viewpoint: map.viewpoint,
             window_mm: WINDOW * short,
-            offset_rad: map.outline_offset_px * map.pixel_rad,
+            offset_rad: map.outline_offset_rad,
             boxiness: 0.0,
         };
         Self { phase: Phase::Begin, failures: 0, terms, scale: Scale { long, short }, found: Vec::new() }

@@ -8,7 +8,8 @@ use varsac_core::Gate;
 use super::{
     Case, Method, Outcome, WRONG_MM,
     coverage::BLOCKS,
-    measure::{gate, measure},
+    gates::{PRESETS, Passed, SCALES, scaled},
+    measure::measure,
     summary::{LEVEL, coverage},
 };
 use crate::{
@@ -42,8 +43,6 @@ const CASES: [Case; 8] = [
     Case::of(HARD.of("sizes +-15 %", VARIED_JUJUBE)).spread(0.15),
 ];
 
-/// Strictness: limits are multiplied by it; 1 is the gate in force.
-const SCALES: [f64; 9] = [0.4, 0.5, 0.65, 0.8, 1.0, 1.25, 1.6, 2.0, 3.0];
 /// Nominal levels of the curves of coverage.
 const LEVELS: [f64; 13] = [0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99];
 
@@ -129,11 +128,11 @@ fn coverage_charts(measured: &[Vec<Vec<Outcome>>]) -> Vec<Chart> {
     BLOCKS.iter().enumerate().map(of_block).collect()
 }
 
-/// Acceptance over strictness: table, chart, findings.
+/// Acceptance of the presets and over strictness: table, chart, findings.
 fn gates(by_method: &[Vec<Outcome>]) -> (Table, Chart, Vec<String>) {
     let columns = vec![
         Column::new("method", "method", 0),
-        Column::new("scale", "limits times", 2),
+        Column::new("gate", "gate", 0),
         Column::new("scenes", "scenes", 0),
         Column::new("accepted_percent", "subject accepted %", 1),
         Column::new("accepted_detections", "accepted in all", 0),
@@ -144,21 +143,29 @@ fn gates(by_method: &[Vec<Outcome>]) -> (Table, Chart, Vec<String>) {
     let mut table = Table::new("Gates on mixed views (orchard)", columns);
     let (mut series, mut findings) = (Vec::new(), Vec::new());
     for (place, (method, outcomes)) in Method::OURS.iter().zip(by_method).enumerate() {
-        let mut curve = Vec::new();
-        for scale in SCALES {
-            let Strictness { subjects, accepted, wrong, far } = Strictness::of(outcomes, &scaled(scale));
-            let share = 100.0 * subjects as f64 / outcomes.len() as f64;
+        let mut tell = |name: &str, gate: &Gate| {
+            let passed = Passed::of(outcomes, gate);
+            let Passed { accepted, wrong, far, .. } = passed;
+            let share = 100.0 * passed.subjects as f64 / outcomes.len() as f64;
             let wrong_share = (accepted > 0).then(|| 100.0 * wrong as f64 / accepted as f64);
-            table.push(row![method.name(), scale, outcomes.len(), share, accepted, wrong, wrong_share, far]);
-            curve.push([share, wrong_share.unwrap_or(f64::NAN)]);
-            if scale == 1.0 {
-                findings.push(format!(
-                    "The gate in force, {}: {share:.1} % of {} subjects accepted, {wrong} of {accepted} accepted detections wrong.",
-                    method.name(),
-                    outcomes.len()
-                ));
-            }
+            table.push(row![method.name(), name, outcomes.len(), share, accepted, wrong, wrong_share, far]);
+            (share, wrong_share.unwrap_or(f64::NAN), passed)
+        };
+        for (name, gate) in PRESETS {
+            let (share, _, Passed { accepted, wrong, .. }) = tell(name, &gate);
+            findings.push(format!(
+                "Gate {name}, {}: {share:.1} % of {} subjects accepted, {wrong} of {accepted} accepted detections wrong.",
+                method.name(),
+                outcomes.len()
+            ));
         }
+        let curve: Vec<[f64; 2]> = SCALES
+            .iter()
+            .map(|&scale| {
+                let (share, wrong, _) = tell(&format!("limits times {scale}"), &scaled(scale));
+                [share, wrong]
+            })
+            .collect();
         series.push(Series::new(method.name(), Mark::Line, place, curve.clone()));
         series.push(Series::new("", Mark::Dots, place, curve));
     }
@@ -169,64 +176,4 @@ fn gates(by_method: &[Vec<Outcome>]) -> (Table, Chart, Vec<String>) {
         series,
     };
     (table, chart, findings)
-}
-
-/// What a gate lets through.
-struct Strictness {
-    subjects: usize,
-    accepted: usize,
-    wrong: usize,
-    far: usize,
-}
-
-impl Strictness {
-    fn of(outcomes: &[Outcome], gate: &Gate) -> Self {
-        let passes = |judged: &super::measure::Judged| {
-            judged.findings.is_some_and(|findings| gate.refusal(&findings).is_none())
-        };
-        let subjects =
-            outcomes.iter().filter(|o| o.fit.is_some_and(|fit| passes(&o.detections[fit.detection])));
-        let accepted = || outcomes.iter().flat_map(|o| &o.detections).filter(|judged| passes(judged));
-        Self {
-            subjects: subjects.count(),
-            accepted: accepted().count(),
-            wrong: accepted().filter(|judged| judged.error_mm > WRONG_MM).count(),
-            far: accepted().filter(|judged| judged.is_far).count(),
-        }
-    }
-}
-
-/// The gate in force with upper limits times `scale` and lower limits divided by it; where the natural bound of a
-/// quantity is 1, the distance from 1 is scaled. The number of points stays.
-fn scaled(scale: f64) -> Gate {
-    let (gate, scale) = (gate(), scale as f32);
-    Gate {
-        size_conflict: gate.size_conflict * scale,
-        size_unknown: gate.size_unknown * scale,
-        ambiguous: 1.0 - (1.0 - gate.ambiguous) / scale,
-        outline: gate.outline * scale,
-        visible: gate.visible / scale,
-        colour: gate.colour * scale,
-        uncertain_mm: gate.uncertain_mm * scale,
-        flat: 1.0 + (gate.flat - 1.0) / scale,
-        through: gate.through * scale,
-        shared_volume: gate.shared_volume / scale,
-        ..gate
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_looser_gate_accepts_whatever_a_stricter_one_does() {
-        let outcomes =
-            measure(&Context::default(), &[Case::of(ORCHARD)], &[Method::Outline], &[1, 2, 3, 4, 5, 6]);
-        let counts = SCALES.map(|scale| Strictness::of(&outcomes[0][0], &scaled(scale)).accepted);
-        assert!(counts.is_sorted() && counts[SCALES.len() - 1] > 0, "{counts:?}");
-        // At 1 the findings give the verdicts that the search gave.
-        let accepted = outcomes[0][0].iter().flat_map(|o| &o.detections).filter(|j| j.is_accepted()).count();
-        assert_eq!(Strictness::of(&outcomes[0][0], &scaled(1.0)).accepted, accepted);
-    }
 }

@@ -1,7 +1,9 @@
 //! What is no jujube and stands where one could be, in the colour of fruit: how often is it taken for one?
 
 use super::{
-    Case, Method, Outcome, measure,
+    Case, Method, Outcome,
+    gates::{PRESETS, passes},
+    measure,
     one_sided::{code_cells, code_columns},
 };
 use crate::{
@@ -22,7 +24,7 @@ pub(super) const EXPERIMENT: Experiment = Experiment {
 };
 
 /// The decoys, in views like the orchard's.
-pub(super) const DECOYS: [Case; 8] = [
+const DECOYS: [Case; 8] = [
     Case::of(ORCHARD.decoy("ball, 10-17 mm", Subject::Ball(10.0, 17.0))),
     Case::of(ORCHARD.decoy("apple, 32-42 mm", Subject::Ball(32.0, 42.0))),
     Case::of(ORCHARD.decoy("disc", Subject::Disc)),
@@ -47,6 +49,16 @@ fn run(context: &Context) -> Result<Report, InputError> {
         ],
     );
     let mut codes = Table::new("Why the others are refused, % of the scenes", code_columns());
+    let mut presets = Table::new(
+        "Decoys accepted by the gates to choose from, % of the scenes",
+        vec![
+            Column::new("decoy", "decoy", 0),
+            Column::new("method", "method", 0),
+            Column::new("strict_percent", "strict", 2),
+            Column::new("balanced_percent", "balanced", 2),
+            Column::new("eager_percent", "eager", 2),
+        ],
+    );
     let mut bars: [Vec<f64>; 2] = [Vec::new(), Vec::new()];
     for (case, by_method) in DECOYS.iter().zip(&measured) {
         let mut cells: Vec<Cell> = row![case.name];
@@ -56,6 +68,12 @@ fn run(context: &Context) -> Result<Report, InputError> {
             cells.extend(row![accepted, percent]);
             bar.push(percent);
             codes.push(code_cells(case.name, *method, outcomes));
+            let [strict, balanced, eager] = PRESETS.map(|(_, gate)| {
+                let taken =
+                    |outcome: &&Outcome| outcome.detections.iter().any(|judged| passes(&gate, judged));
+                100.0 * outcomes.iter().filter(taken).count() as f64 / outcomes.len() as f64
+            });
+            presets.push(row![case.name, method.name(), strict, balanced, eager]);
         }
         table.push(cells);
     }
@@ -84,11 +102,11 @@ fn run(context: &Context) -> Result<Report, InputError> {
     Ok(Report {
         findings: findings.collect(),
         figures: vec![Figure::charts("accepted", caption, charts.collect())],
-        tables: vec![table, codes],
+        tables: vec![table, presets, codes],
     })
 }
 
 /// Something in the scene was accepted.
-pub(super) fn is_taken(outcome: &Outcome) -> bool {
+fn is_taken(outcome: &Outcome) -> bool {
     outcome.detections.iter().any(super::measure::Judged::is_accepted)
 }

@@ -1,7 +1,7 @@
 //! Scenes in; for each method and scene out what became of its subject and of everything that was found.
 
 use nalgebra::Point3;
-use varsac_core::{Config, Findings, RefusalCode, SizePrior};
+use varsac_core::{Findings, RefusalCode, SizePrior};
 
 use super::{
     WRONG_MM,
@@ -221,11 +221,6 @@ pub(super) fn each<T: Send>(
         by_case.push(by_method);
     }
     by_case
-}
-
-/// The gate in force.
-pub fn gate() -> varsac_core::Gate {
-    Config::jujube().map.gate
 }
 
 /// Share of the points of a region that are not the subject's: further from its surface than a quarter of its size.

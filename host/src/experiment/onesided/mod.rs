@@ -19,6 +19,7 @@
 mod calibration;
 pub mod coverage;
 mod decoys;
+mod gates;
 pub mod measure;
 pub mod methods;
 mod one_sided;

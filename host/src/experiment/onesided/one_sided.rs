@@ -108,20 +108,20 @@ fn finding(name: &str, summaries: &[Summary]) -> String {
     )
 }
 
-/// Codes, keys and headings, in the order of the tests.
-const CODES: [(RefusalCode, &str, &str); 12] = [
-    (RefusalCode::FewPoints, "few_points_percent", "few points"),
-    (RefusalCode::SizeConflict, "size_conflict_percent", "size conflict"),
-    (RefusalCode::SizeUnknown, "size_unknown_percent", "size unknown"),
-    (RefusalCode::Ambiguous, "ambiguous_percent", "ambiguous"),
-    (RefusalCode::Outline, "outline_percent", "outline"),
-    (RefusalCode::Visible, "visible_percent", "visible"),
-    (RefusalCode::Colour, "colour_percent", "colour"),
-    (RefusalCode::Uncertain, "uncertain_percent", "uncertain"),
-    (RefusalCode::Flat, "flat_percent", "flat"),
-    (RefusalCode::Through, "through_percent", "through"),
-    (RefusalCode::SharedVolume, "shared_volume_percent", "shared volume"),
-    (RefusalCode::Singular, "singular_percent", "singular"),
+/// In the order of the tests.
+const CODES: [RefusalCode; 12] = [
+    RefusalCode::FewPoints,
+    RefusalCode::SizeConflict,
+    RefusalCode::SizeUnknown,
+    RefusalCode::Ambiguous,
+    RefusalCode::Outline,
+    RefusalCode::Visible,
+    RefusalCode::Colour,
+    RefusalCode::Uncertain,
+    RefusalCode::Flat,
+    RefusalCode::Through,
+    RefusalCode::SharedVolume,
+    RefusalCode::Singular,
 ];
 
 /// Columns of [`code_cells`].
@@ -129,9 +129,9 @@ pub(super) fn code_columns() -> Vec<Column> {
     let mut columns = vec![
         Column::new("case", "scenes", 0),
         Column::new("method", "method", 0),
-        Column::new("nothing_percent", "nothing found", 1),
+        Column::new("nothing_found", "nothing found", 1),
     ];
-    columns.extend(CODES.iter().map(|(_, key, heading)| Column::new(key, *heading, 1)));
+    columns.extend(CODES.map(|code| Column::new(code.name(), code.name().replace('_', " "), 1)));
     columns
 }
 
@@ -140,7 +140,7 @@ pub(super) fn code_cells(case: &str, method: Method, outcomes: &[Outcome]) -> Ve
     let percent = |count: usize| 100.0 * count as f64 / outcomes.len() as f64;
     let judged = || outcomes.iter().map(|o| o.detections.get(o.fit.map_or(0, |fit| fit.detection)));
     let mut cells = row![case, method.name(), percent(judged().filter(Option::is_none).count())];
-    for (code, ..) in CODES {
+    for code in CODES {
         let refused = judged().flatten().filter(|judged| judged.refusal == Some(code));
         cells.push(percent(refused.count()).into());
     }

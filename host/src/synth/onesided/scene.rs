@@ -1,6 +1,6 @@
 //! One scene: bodies, the recorded patch, the mask, the truth; and what a search is given of it.
 
-use varsac_core::{OutlineRay, Point3, View};
+use varsac_core::{OutlineRay, Point3, SizePrior, View};
 
 use super::{
     draws::Draws,
@@ -48,24 +48,26 @@ pub struct Sighting {
     pub in_mask: usize,
     /// Outline rays.
     pub outline: Vec<OutlineRay>,
+    /// Angle between neighbouring pixels, rad.
+    pub pitch_rad: f32,
 }
 
 impl Sighting {
-    /// The points alone, as a cloud that comes without an image.
+    /// The points alone, as a cloud that comes without an image; but from which camera is known.
     pub fn points_only(&self) -> View<'_> {
-        View::from(self.cloud.as_slice())
+        View { pitch_rad: self.pitch_rad, ..View::from(self.cloud.as_slice()) }
     }
 
     /// All that the depth image and the mask tell.
     pub fn full(&self) -> View<'_> {
-        View { cloud: &self.cloud, in_mask: self.in_mask, outline: &self.outline }
+        View { cloud: &self.cloud, in_mask: self.in_mask, outline: &self.outline, pitch_rad: self.pitch_rad }
     }
 }
 
 /// Pixels rendered around the fruit beyond their own extent.
 const BORDER_PX: i64 = 14;
-/// A depth step that separates two surfaces, mm: about the short semi-axis of a jujube.
-const OUTLINE_STEP_MM: f32 = 10.0;
+/// A depth step that separates two surfaces, mm: as in the pipeline, nine tenths of the short semi-axis of a jujube.
+const OUTLINE_STEP_MM: f32 = 0.9 * SizePrior::JUJUBE.semi_axes_mm[2];
 
 impl Scene {
     /// The scene of `family` that belongs to `seed`.
@@ -126,12 +128,14 @@ impl Scene {
                 }
             }
         }
-        let in_mask = cloud.len();
+        let inside = cloud.len();
         cloud.append(&mut margin);
         let (window, focal) = (self.patch.window, self.sensor.focal_px);
         let ray = |u: f64, v: f64| [(window.left as f64 + u) / focal, (window.top as f64 + v) / focal];
-        let outline = outline_rays(&self.patch.depth, &mask, focal, ray, OUTLINE_STEP_MM);
-        Sighting { cloud, in_mask, outline }
+        let all = (0..=mask.width as i64 - 1, 0..=mask.height as i64 - 1);
+        let in_mask = |u: i64, v: i64| mask.get(u, v) == Some(255);
+        let outline = outline_rays(&self.patch.depth, all, in_mask, focal, ray, OUTLINE_STEP_MM);
+        Sighting { cloud, in_mask: inside, outline, pitch_rad: (1.0 / focal) as f32 }
     }
 
     /// The point that a pixel of the patch shows.
