@@ -1,6 +1,5 @@
 //! Scenes in; for each method and scene out what became of its subject and of everything that was found.
 
-use nalgebra::Point3;
 use varsac_core::{Findings, RefusalCode, SizePrior};
 
 use super::{
@@ -221,14 +220,4 @@ pub(super) fn each<T: Send>(
         by_case.push(by_method);
     }
     by_case
-}
-
-/// Share of the points of a region that are not the subject's: further from its surface than a quarter of its size.
-pub fn outlier_share(scene: &Scene) -> Option<f64> {
-    let truth = scene.fruit.first()?;
-    let cloud = scene.sighting(MaskBias::default()).cloud;
-    let level =
-        |p: &varsac_core::Point3| truth.ellipsoid.level(&Point3::from([p.x, p.y, p.z].map(f64::from)));
-    let own = cloud.iter().filter(|point| (level(point) - 1.0).abs() < 0.25).count();
-    Some(1.0 - own as f64 / cloud.len().max(1) as f64)
 }

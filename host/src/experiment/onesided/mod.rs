@@ -24,6 +24,7 @@ pub mod measure;
 pub mod methods;
 mod one_sided;
 mod outline;
+mod scenery;
 pub mod summary;
 mod touching;
 

@@ -4,7 +4,7 @@
 use varsac_core::RefusalCode;
 
 use super::{
-    Case, Method, Outcome, Summary, measure,
+    Case, Method, Outcome, Summary, measure, scenery,
     summary::{cells, columns},
 };
 use crate::{
@@ -84,7 +84,11 @@ fn run(context: &Context) -> Result<Report, InputError> {
         }
     }
     let mixed = &compared[COMPARED.len() - 1];
-    Ok(Report { findings, tables: vec![table, variations, refused], figures: vec![errors(mixed)] })
+    Ok(Report {
+        findings,
+        tables: vec![table, variations, refused, scenery::table(context, &COMPARED, &seeds)],
+        figures: vec![errors(mixed)],
+    })
 }
 
 fn finding(name: &str, summaries: &[Summary]) -> String {
@@ -152,15 +156,15 @@ const BINS: usize = 6;
 
 /// Error over occlusion and over distance, for every method.
 fn errors(by_method: &[Vec<Outcome>]) -> Figure {
-    type Coordinate = (&'static str, fn(&Outcome) -> f64, [f64; 2]);
+    type Coordinate = ([&'static str; 2], fn(&Outcome) -> f64, [f64; 2]);
     let coordinates: [Coordinate; 2] = [
-        ("covered share", |outcome| 1.0 - outcome.visible, [0.0, 0.6]),
-        ("distance m", |outcome| 1e-3 * outcome.distance_mm, [0.5, 1.3]),
+        (["cover", "covered share"], |outcome| 1.0 - outcome.visible, [0.0, 0.6]),
+        (["distance", "m"], |outcome| 1e-3 * outcome.distance_mm, [0.5, 1.3]),
     ];
     let mut charts = Vec::new();
-    for (label, of, ends) in coordinates {
+    for ([over, label], of, ends) in coordinates {
         let curve = |name: &str, y: Axis, value: fn(&[&Outcome]) -> f64| Chart {
-            title: format!("{name} over {label}"),
+            title: format!("{name} over {over}"),
             x: Axis::linear(label).within(ends[0], ends[1]),
             y,
             series: Method::ALL

@@ -48,7 +48,7 @@ const BIASED: [Case; 8] = [
 ];
 
 fn run(context: &Context) -> Result<Report, InputError> {
-    let seeds = context.seeds(500);
+    let seeds = context.seeds(300);
     let mut findings = Vec::new();
     let mut tables = Vec::new();
     let mut charts = Vec::new();

@@ -143,3 +143,52 @@ pub(super) fn cells(case: &str, method: Method, summary: &Summary) -> Vec<Cell> 
         summary.time_us,
     ]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::onesided::measure::{Fit, Judged};
+    use varsac_core::RefusalCode;
+
+    fn outcome(centre_mm: f64, refusal: Option<RefusalCode>, level: f64) -> Outcome {
+        let fit = Fit {
+            centre_mm,
+            centre_mean_mm: 0.5 * centre_mm,
+            size_mean_mm: 0.1 * centre_mm,
+            axis_deg: 2.0 * centre_mm,
+            is_far: centre_mm > 10.0,
+            levels: Some([level, 0.5, 0.99]),
+            detection: 0,
+        };
+        let judged = Judged { error_mm: centre_mm, is_far: fit.is_far, refusal, findings: None };
+        let detections = vec![judged];
+        Outcome { seed: 1, distance_mm: 700.0, visible: 1.0, fit: Some(fit), detections, micros: 300.0 }
+    }
+
+    #[test]
+    fn a_summary_by_hand() {
+        let nothing = Outcome { fit: None, detections: Vec::new(), ..outcome(0.0, None, 0.0) };
+        let all = [
+            outcome(1.0, None, 0.2),
+            outcome(7.0, None, 0.96),
+            outcome(12.0, Some(RefusalCode::Flat), 0.1),
+            outcome(5.0, None, 0.95),
+            nothing,
+        ];
+        let summary = Summary::of(&all);
+        assert_eq!((summary.scenes, summary.right, summary.far, summary.accepted), (5, 0.4, 0.4, 0.6));
+        // Over the two within 5 mm: sqrt((1 + 25) / 2) = 3.6056.
+        assert!((summary.rms_c_mm - 0.5 * 13.0_f64.sqrt()).abs() < 1e-12);
+        assert!((summary.rms_s_mm - 0.1 * 13.0_f64.sqrt()).abs() < 1e-12);
+        assert!((summary.axis_rms_deg - 2.0 * 13.0_f64.sqrt()).abs() < 1e-12);
+        // 1, 5, 7, 12, none: what was not found is worse than anything.
+        assert_eq!((summary.centre_mm[0], summary.centre_mm[1]), (7.0, f64::INFINITY));
+        assert_eq!(
+            (summary.accepted_detections, summary.wrong_detections, summary.far_detections),
+            (3, 1, 0)
+        );
+        assert_eq!(summary.wrong(), Some(1.0 / 3.0));
+        assert_eq!(summary.coverage, Some([2.0 / 3.0, 1.0, 0.0]));
+        assert_eq!(Summary::of(&all[4..]).wrong(), None);
+    }
+}

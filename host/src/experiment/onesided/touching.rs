@@ -112,7 +112,7 @@ pub struct Bunches {
     pub double: usize,
     /// Centre errors of the fruit found; nothing when none were.
     pub centre: Option<Distribution>,
-    /// Mean time per scene, microseconds.
+    /// Median of the time per scene, microseconds.
     pub time_us: f64,
 }
 
@@ -121,6 +121,7 @@ impl Bunches {
         let bunches: Vec<&Bunch> = bunches.collect();
         let sum = |of: fn(&Bunch) -> usize| bunches.iter().map(|bunch| of(bunch)).sum::<usize>();
         let errors: Vec<f64> = bunches.iter().flat_map(|bunch| &bunch.errors_mm).copied().collect();
+        let times: Vec<f64> = bunches.iter().map(|bunch| bunch.micros).collect();
         let fruit = sum(|bunch| bunch.fruit);
         Self {
             scenes: bunches.len(),
@@ -132,7 +133,7 @@ impl Bunches {
             false_targets: sum(|bunch| bunch.false_targets),
             double: sum(|bunch| bunch.double),
             centre: Distribution::of(&errors),
-            time_us: bunches.iter().map(|bunch| bunch.micros).sum::<f64>() / bunches.len() as f64,
+            time_us: Distribution::of(&times).map_or(f64::NAN, |time| time.median),
         }
     }
 }
