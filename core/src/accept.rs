@@ -197,6 +197,27 @@ pub struct Findings {
     pub clutter: f32,
 }
 
+impl Findings {
+    /// The same with what is no number replaced by the worst value: the bits of such a number differ between machines.
+    pub(crate) fn known(self) -> Self {
+        let high = |value: f32| if value.is_nan() { f32::INFINITY } else { value };
+        let low = |value: f32| if value.is_nan() { 0.0 } else { value };
+        Self {
+            size_conflict: high(self.size_conflict),
+            size_sigma: high(self.size_sigma),
+            rival: high(self.rival),
+            outline: high(self.outline),
+            visible: low(self.visible),
+            colour: high(self.colour),
+            sigma_mm: high(self.sigma_mm),
+            flat: low(self.flat),
+            separation: low(self.separation),
+            clutter: high(self.clutter),
+            ..self
+        }
+    }
+}
+
 /// Outline rays needed for the outline test.
 pub const MIN_OUTLINE: u16 = 6;
 
@@ -207,7 +228,7 @@ impl Gate {
             |code, value: f32, limit: f32| (!(value <= limit)).then_some(Refusal { code, value, limit });
         let below =
             |code, value: f32, limit: f32| (!(value >= limit)).then_some(Refusal { code, value, limit });
-        let through = f32::from(f.through) / f32::from(f.explained).max(1.0);
+        let through = f32::from(f.through) / if f.explained > 0 { f32::from(f.explained) } else { 1.0 };
         below(RefusalCode::FewPoints, f32::from(f.explained), f32::from(self.min_points))
             .or_else(|| above(RefusalCode::SizeConflict, f.size_conflict, self.size_conflict))
             .or_else(|| above(RefusalCode::SizeUnknown, f.size_sigma, self.size_unknown))

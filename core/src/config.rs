@@ -88,6 +88,9 @@ pub struct MapConfig {
     pub boxiness: f32,
     /// Noise of the camera.
     pub noise: Noise,
+    /// How much a point tells beside one with noise of its own, above 0 to 1. Depth that was filtered or enlarged repeats itself
+    /// from point to point, and errors that neighbours share do not average out.
+    pub independence: f32,
     /// From where the points were seen.
     pub viewpoint: Viewpoint,
     /// Standard deviation of the displacement common to all outline rays, rad.
@@ -122,6 +125,7 @@ impl MapConfig {
             prior,
             boxiness: 0.08,
             noise: Noise { axial_mm: 1.0, lateral_rad: LATERAL_PX / KINECT_V2_PX },
+            independence: 1.0,
             viewpoint: Viewpoint::Origin,
             outline_offset_rad: OFFSET_PX / KINECT_V2_PX,
             hypotheses: 24,
@@ -160,11 +164,15 @@ impl MapConfig {
         {
             require(value >= 0.001, field, value, "0.001 or more; infinity for no such term")?;
         }
-        require((0.0..=1.0).contains(&self.boxiness), "map.boxiness", self.boxiness, "0 to 1")?;
+        let boxiness = self.boxiness;
+        let known = boxiness == 0.0 || (1e-6..=1.0).contains(&boxiness);
+        require(known, "map.boxiness", boxiness, "0, or 1e-6 to 1")?;
         require(positive(self.noise.axial_mm), "map.noise.axial_mm", self.noise.axial_mm, POSITIVE)?;
         require(positive(self.noise.lateral_rad), "map.noise.lateral_rad", self.noise.lateral_rad, POSITIVE)?;
+        let told = self.independence;
+        require(told > 0.0 && told <= 1.0, "map.independence", told, "above 0 to 1")?;
         let offset = self.outline_offset_rad;
-        require(positive(offset), "map.outline_offset_rad", offset, POSITIVE)?;
+        require((1e-9..=1.0).contains(&offset), "map.outline_offset_rad", offset, "1e-9 to 1")?;
         let hypotheses = f32::from(self.hypotheses);
         require((1..=1000).contains(&self.hypotheses), "map.hypotheses", hypotheses, "1 to 1000")?;
         let steps = f32::from(self.hypothesis_steps);
@@ -271,7 +279,16 @@ impl Config {
             radius: 60.0,
             shell: 0.1,
             min_ratio: 0.6,
-            map: MapConfig::of(SizePrior::APPLE),
+            map: MapConfig {
+                // A gripper for apples forgives a centimetre; leaves cover two thirds of many.
+                gate: Gate {
+                    uncertain_mm: 9.0,
+                    visible: 0.3,
+                    through: 0.25,
+                    ..MapConfig::of(SizePrior::APPLE).gate
+                },
+                ..MapConfig::of(SizePrior::APPLE)
+            },
             ..Self::jujube()
         }
     }

@@ -7,7 +7,8 @@
 //! configuration.
 
 use crate::{
-    CloudError, Config, ConfigError, Ellipsoid, Method, Observer, Point3, Score, VarsacReport,
+    CloudError, Config, ConfigError, Ellipsoid, MAX_OUTLINE, Method, Observer, Point3, Score, VarsacReport,
+    Viewpoint,
     accept::{Findings, Refusal},
     covariance::Covariance,
     field::{Field, View},
@@ -123,7 +124,8 @@ impl Detector {
     /// [`Self::detect`] with all that is known of the view.
     ///
     /// # Errors
-    /// As [`Self::detect`]; the coordinates of the outline rays are not checked (a ray that is not finite fits no model).
+    /// As [`Self::detect`]; more outline rays than [`MAX_OUTLINE`]. The coordinates of rays are not checked: one that is not
+    /// finite fits no model.
     pub fn detect_view<'a>(
         &'a self,
         view: &View<'a>,
@@ -131,6 +133,14 @@ impl Detector {
         seed: u64,
     ) -> Result<Detections<'a>, CloudError> {
         check_cloud(view.cloud, scratch.capacity())?;
+        if view.outline.len() > MAX_OUTLINE {
+            return Err(CloudError::TooManyRays { count: view.outline.len() as u32 });
+        }
+        // Without a viewpoint there are no rays, and no pixels to count.
+        let view = match self.config.map.viewpoint {
+            Viewpoint::Origin => *view,
+            Viewpoint::None => View { outline: &[], pitch_rad: 0.0, ..*view },
+        };
         let points = view.cloud.len();
         if let Some(labels) = scratch.labels.get_mut(..points) {
             labels.fill(0);
@@ -139,7 +149,7 @@ impl Detector {
         Ok(Detections {
             field: Field {
                 config: &self.config,
-                view: View { in_mask, ..*view },
+                view: View { in_mask, ..view },
                 scratch,
                 stream: Stream::new(seed),
                 live: points as u32,
@@ -203,8 +213,8 @@ impl Detections<'_> {
         self.field.scratch.labels.get(..self.field.view.cloud.len()).unwrap_or(&[])
     }
 
-    /// Unclaimed points.
+    /// Points that no target has claimed.
     pub fn live(&self) -> u32 {
-        self.field.live
+        self.labels().iter().map(|&label| u32::from(label == 0)).sum()
     }
 }

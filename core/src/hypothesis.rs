@@ -34,7 +34,7 @@ pub(crate) fn hypothesis(
         let mut moments = Moments::ZERO;
         for &index in sample {
             let contact = model.contact(&at(cloud, index));
-            moments.add(contact.u, contact.value, 1.0 / contact.variance);
+            moments.add(contact.u, contact.value, terms.independence / contact.variance);
         }
         let mut normal = Normal::new(&moments, &model.constants());
         normal.add_prior(&terms.prior, &estimate.ln_axes);
@@ -99,7 +99,7 @@ fn start(
     };
     let ray = [seed.x, seed.y, seed.z];
     let range = libm::sqrtf(ray[0] * ray[0] + ray[1] * ray[1] + ray[2] * ray[2]);
-    let v = ray.map(|x| x / range);
+    let v = if range > 0.0 { ray.map(|x| x / range) } else { [0.0, 0.0, 1.0] };
     let determinant = shape.determinant();
     let g = shape.adjugate().times([0.5 * b1, 0.5 * b2, 0.5 * b3]);
     let local = g.map(|x| -(x / determinant) * short);

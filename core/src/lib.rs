@@ -91,7 +91,7 @@ pub use field::View;
 pub use fit::Constraint;
 pub use map::MAX_FRUIT;
 pub use observe::{Observer, Stage};
-pub use outline::OutlineRay;
+pub use outline::{MAX_OUTLINE, OutlineRay};
 pub use point::{CloudError, Point3, PointBuffer, Vector3};
 pub use prior::SizePrior;
 pub use quadric::{CentralQuadric, Invariants, Quadric};

@@ -16,6 +16,9 @@ use crate::{
     residual::{RayModel, dot},
 };
 
+/// Outline rays a view may have.
+pub const MAX_OUTLINE: usize = 4096;
+
 /// One ray that touches the fruit's outline.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

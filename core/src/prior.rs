@@ -42,7 +42,7 @@ impl SizePrior {
     };
 
     /// Apple: 75 mm across, 66 mm high, flattened along the core.
-    pub const APPLE: Self = Self::of([38.0, 37.0, 34.0], 0.12, 0.05, 0.07);
+    pub const APPLE: Self = Self::of([38.0, 37.0, 34.0], 0.12, 0.07, 0.10);
     /// Tomato: 70 mm across, 58 mm high.
     pub const TOMATO: Self = Self::of([35.0, 34.0, 29.0], 0.14, 0.05, 0.10);
     /// Lemon: 68 mm long, 54 mm across.

@@ -121,6 +121,8 @@ pub(crate) struct Evidence<'a> {
     /// Points near the model, ascending.
     pub(crate) members: &'a [u16],
     labels: &'a [u8],
+    /// Points of the mask: those before this index.
+    in_mask: usize,
     /// Label of the model's own points.
     own: u8,
     pub(crate) outline: &'a [OutlineRay],
@@ -138,6 +140,8 @@ pub(crate) struct Terms {
     pub(crate) offset_rad: f32,
     /// Standard deviation of the boxiness; 0: an ellipsoid.
     pub(crate) boxiness: f32,
+    /// How much a point tells, 0 to 1.
+    pub(crate) independence: f32,
 }
 
 /// `3^2`, Geman-McClure on outline rays.
@@ -152,14 +156,20 @@ impl<'a> Evidence<'a> {
             cloud: field.view.cloud,
             members: field.scratch.members.get(..members).unwrap_or(&[]),
             labels: field.scratch.labels,
+            in_mask: field.view.in_mask,
             own,
             outline: field.view.outline,
         }
     }
 
-    /// True when the point can lie on the model: it is nobody's or its own. A point of another fruit cannot, but it can be
-    /// seen beside or through it.
+    /// True when the point can lie on the model: it is in the mask, and nobody's or the model's own. Others cannot, but they
+    /// can be seen beside or through it.
     pub(crate) fn is_open(&self, index: u16) -> bool {
+        usize::from(index) < self.in_mask && self.is_unclaimed(index)
+    }
+
+    /// True when no other fruit has claimed the point.
+    pub(crate) fn is_unclaimed(&self, index: u16) -> bool {
         self.labels.get(usize::from(index)).is_some_and(|&label| label == 0 || label == self.own)
     }
 
@@ -185,7 +195,7 @@ impl<'a> Evidence<'a> {
             let phi = fullness(contact.u);
             contact.value -= estimate.boxiness * phi;
             if let Some(weight) = kernel.weight(contact.square()) {
-                let w = weight / contact.variance;
+                let w = (weight * terms.independence) / contact.variance;
                 moments.add(contact.u, contact.value, w);
                 nuisances.add_point(contact.u, contact.value, w, phi);
             }

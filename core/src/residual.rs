@@ -213,6 +213,9 @@ impl RayModel {
 
     /// The part of the contact's variance that comes from noise across the ray, 0..=1.
     pub(crate) fn lateral_share(&self, contact: &Contact) -> f32 {
+        if self.viewpoint == Viewpoint::None {
+            return 0.0;
+        }
         let slope =
             if contact.miss_squared < 1.0 { contact.value / (contact.gap_mm / self.range) } else { 0.0 };
         1.0 - self.axial * (slope * slope) / contact.variance

@@ -42,10 +42,16 @@ pub(crate) fn size_evidence(
     let apart = departure(free, free_ln, tight);
     match (dropped, apart) {
         (Some(dropped), Some((apart, sigma))) => {
-            SizeEvidence { conflict: if dropped > apart { dropped } else { apart }, sigma }
+            let conflict = if dropped > apart { dropped } else { apart };
+            SizeEvidence { conflict: known(conflict), sigma: known(sigma) }
         }
         _ => SizeEvidence { conflict: f32::INFINITY, sigma: f32::INFINITY },
     }
+}
+
+/// What is no number is as bad as can be; its bits would differ between machines.
+fn known(value: f32) -> f32 {
+    if value.is_nan() { f32::INFINITY } else { value }
 }
 
 /// `q1`; the loose prior stays, so that the equations have a solution whatever the view.

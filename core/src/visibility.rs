@@ -83,17 +83,18 @@ impl Evidence<'_> {
             match sight(&model.contact(&at(self.cloud, index)), terms.window_mm) {
                 Sight::Explained(square) => {
                     if self.is_open(index) {
-                        support.score += 1.0 - square / CUT;
+                        support.score += terms.independence * (1.0 - square / CUT);
                         support.explained += 1;
                     }
                 }
                 Sight::Through => {
-                    support.score -= VIOLATION;
+                    support.score -= terms.independence * VIOLATION;
                     support.through += 1;
                 }
                 Sight::Unrelated => {}
             }
-            if support.score + left <= floor {
+            // Written so that a score that is no number has no support.
+            if !(support.score + terms.independence * left > floor) {
                 return None;
             }
         }

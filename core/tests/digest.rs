@@ -11,7 +11,7 @@ use varsac_core::{
 };
 
 /// Version of `core/docs/numerics.md` that the digests belong to.
-const CONTRACT_VERSION: u32 = 1;
+const CONTRACT_VERSION: u32 = 2;
 const VECTORS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/vectors/digest.txt");
 
 // ---- Clouds ----

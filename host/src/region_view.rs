@@ -44,6 +44,9 @@ impl RegionView {
 pub struct ViewOptions {
     /// Which depth pixels become points.
     pub points: PointOptions,
+    /// Where the region ends tells where its fruit ends: true for a mask drawn with care, false for a colour threshold, of
+    /// whose border a point's width is not trusted.
+    pub mask_is_exact: bool,
     /// What is seen around a region, this many grid points wide, is seen around its fruit: it shows where they are not.
     pub margin_px: usize,
     /// Depth that separates two surfaces at an outline, millimetres; nothing: no outline rays.
@@ -62,8 +65,9 @@ struct Grid<'a> {
     pixels: PixelView<'a>,
     stride: usize,
     depth: DepthImage,
-    /// Region of each grid point, 0 = none.
+    /// Region of each grid point with depth, 0 = none.
     region: Image<u32>,
+    regions: &'a Regions,
 }
 
 /// Rows and columns of a region's points on the grid, ends included.
@@ -138,6 +142,7 @@ impl ViewOptions {
     pub fn of(config: &Config) -> Self {
         Self {
             points: PointOptions::default(),
+            mask_is_exact: false,
             margin_px: 2,
             outline_step_mm: Some(0.9 * config.map.prior.semi_axes_mm[2]),
             capacity: Self::CAPACITY,
@@ -147,7 +152,7 @@ impl ViewOptions {
 }
 
 impl<'a> Grid<'a> {
-    fn new(pixels: PixelView<'a>, regions: &Regions, options: &PointOptions, stride: usize) -> Self {
+    fn new(pixels: PixelView<'a>, regions: &'a Regions, options: &PointOptions, stride: usize) -> Self {
         let full = pixels.depth();
         let (width, height) = (full.width.div_ceil(stride), full.height.div_ceil(stride));
         let mut depth = Image::filled(width, height, 0.0_f32);
@@ -167,7 +172,7 @@ impl<'a> Grid<'a> {
                 }
             }
         }
-        let mut grid = Self { pixels, stride, depth, region };
+        let mut grid = Self { pixels, stride, depth, region, regions };
         if let Some(limit_mm) = options.flying_span_mm {
             grid.drop_flying(limit_mm);
         }
@@ -211,7 +216,7 @@ impl<'a> Grid<'a> {
             return result;
         }
         for step in 1.. {
-            let (inside, around) = self.points(label, bounds, options.margin_px as i64, step);
+            let (inside, around) = self.points(label, bounds, options, step);
             if inside.len() + around.len() <= options.capacity || step > bounds.right - bounds.left {
                 result.in_mask = inside.len().min(options.capacity);
                 result.points = inside;
@@ -222,25 +227,43 @@ impl<'a> Grid<'a> {
             }
         }
         if let Some(step_mm) = options.outline_step_mm {
-            result.outline = self.outline(label, bounds, step_mm, options.outline_capacity);
+            // Interpolated depth has no edges, only ramps.
+            let mut rays =
+                if self.stride == 1 { self.depth_edges(label, bounds, step_mm) } else { Vec::new() };
+            if options.mask_is_exact || self.stride > 1 {
+                let sigma_px = if options.mask_is_exact { DRAWN_SIGMA_PX } else { COLOUR_SIGMA_PX };
+                rays.extend(self.mask_edges(label, bounds, step_mm, sigma_px));
+            }
+            let kept = crate::decimate::evenly_spaced(rays.len(), options.outline_capacity);
+            result.outline = kept.iter().map(|&index| rays[index]).collect();
         }
         result
     }
 
     /// Every `step`-th point of the region, and of what surrounds it.
-    fn points(&self, label: u32, bounds: &Bounds, margin: i64, step: i64) -> (Vec<Point3>, Vec<Point3>) {
+    fn points(
+        &self,
+        label: u32,
+        bounds: &Bounds,
+        options: &ViewOptions,
+        step: i64,
+    ) -> (Vec<Point3>, Vec<Point3>) {
+        let doubtful = i64::from(!options.mask_is_exact);
+        let margin = options.margin_px as i64 + doubtful;
         let (mut inside, mut around) = (Vec::new(), Vec::new());
         let reach = margin * step;
         let first = |from: i64| ((from - reach).max(0) + step - 1) / step * step;
         for v in (first(bounds.top)..=bounds.bottom + reach).step_by(step as usize) {
             for u in (first(bounds.left)..=bounds.right + reach).step_by(step as usize) {
-                let Some(z_mm) = self.depth.get(u, v).filter(|&z_mm| z_mm > 0.0) else { continue };
-                let own = |u, v| self.region.get(u, v) == Some(label);
-                if own(u, v) {
+                let Some(z_mm) = self.valid(u, v) else { continue };
+                let within = |reach: i64| {
+                    let own = |i, j| self.region.get(u + i * step, v + j * step) == Some(label);
+                    (-reach..=reach).any(|j| (-reach..=reach).any(|i| own(i, j)))
+                };
+                let elsewhere = self.region.get(u, v).is_some_and(|other| other != label && other != 0);
+                if within(doubtful) && !elsewhere {
                     inside.push(self.point(u, v, z_mm));
-                } else if (-margin..=margin)
-                    .any(|j| (-margin..=margin).any(|i| own(u + i * step, v + j * step)))
-                {
+                } else if within(margin) {
                     around.push(self.point(u, v, z_mm));
                 }
             }
@@ -260,13 +283,80 @@ impl<'a> Grid<'a> {
         [ray.x, ray.y]
     }
 
-    fn outline(&self, label: u32, bounds: &Bounds, step_mm: f32, capacity: usize) -> Vec<OutlineRay> {
+    fn depth_edges(&self, label: u32, bounds: &Bounds, step_mm: f32) -> Vec<OutlineRay> {
         let focal_px = self.pixels.focal_px().0 / self.stride as f64;
         let own = |u, v| self.region.get(u, v) == Some(label);
         let columns = bounds.left - 1..=bounds.right + 1;
         let rows = bounds.top - 1..=bounds.bottom + 1;
-        let rays = outline_rays(&self.depth, (columns, rows), own, focal_px, |u, v| self.ray(u, v), step_mm);
-        let kept = crate::decimate::evenly_spaced(rays.len(), capacity);
-        kept.iter().map(|&index| rays[index]).collect()
+        outline_rays(&self.depth, (columns, rows), own, focal_px, |u, v| self.ray(u, v), step_mm)
+    }
+
+    /// Rays between the last pixel of the region and the first one outside it, along the rows and columns of the grid; where
+    /// something nearer begins there, the region ends and its fruit does not.
+    fn mask_edges(&self, label: u32, bounds: &Bounds, step_mm: f32, sigma_px: f64) -> Vec<OutlineRay> {
+        let depths = self.depths_of(label, bounds);
+        let Some(&middle_mm) = depths.get(depths.len() / 2) else { return Vec::new() };
+        let sigma_rad = (sigma_px / self.pixels.focal_px().0) as f32;
+        let mut rays = Vec::new();
+        for v in bounds.top - 1..=bounds.bottom + 1 {
+            for u in bounds.left - 1..=bounds.right + 1 {
+                if !self.in_region(label, u, v) {
+                    continue;
+                }
+                for (du, dv) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
+                    if self.in_region(label, u + du, v + dv) {
+                        continue;
+                    }
+                    let outer = (1..=MASK_LOOK).find_map(|k| self.valid(u + k * du, v + k * dv));
+                    let inner = (0..MASK_LOOK).find_map(|k| self.valid(u - k * du, v - k * dv));
+                    let inner_mm = inner.unwrap_or(middle_mm);
+                    if outer.is_some_and(|outer_mm| outer_mm < inner_mm - step_mm) {
+                        continue;
+                    }
+                    let [x, y] = self.ray(u as f64 + 0.5 * du as f64, v as f64 + 0.5 * dv as f64);
+                    let z = f64::from(middle_mm);
+                    rays.push(OutlineRay {
+                        inner: Point3::new((x * z) as f32, (y * z) as f32, middle_mm),
+                        outer_mm: f32::INFINITY,
+                        sigma_rad,
+                    });
+                }
+            }
+        }
+        rays
+    }
+
+    /// True when the colour pixel at a grid point lies in the region, with depth or without.
+    fn in_region(&self, label: u32, u: i64, v: i64) -> bool {
+        let stride = self.stride as i64;
+        match self.pixels {
+            PixelView::Registered { .. } => self.regions.image.get(u * stride, v * stride) == Some(label),
+            PixelView::Kinect { .. } => self.region.get(u, v) == Some(label),
+        }
+    }
+
+    fn valid(&self, u: i64, v: i64) -> Option<f32> {
+        self.depth.get(u, v).filter(|&z_mm| z_mm > 0.0)
+    }
+
+    /// Depths of a region, ascending.
+    fn depths_of(&self, label: u32, bounds: &Bounds) -> Vec<f32> {
+        let mut depths = Vec::with_capacity(bounds.count);
+        for v in bounds.top..=bounds.bottom {
+            for u in bounds.left..=bounds.right {
+                if self.region.get(u, v) == Some(label) {
+                    depths.extend(self.valid(u, v));
+                }
+            }
+        }
+        depths.sort_by(f32::total_cmp);
+        depths
     }
 }
+
+/// Deviation of a drawn mask's border, colour pixels, and of the depth image's place in it.
+const DRAWN_SIGMA_PX: f64 = 4.0;
+/// The same of the border of a colour threshold.
+const COLOUR_SIGMA_PX: f64 = 6.0;
+/// Grid points to either side of a mask's border that are looked at.
+const MASK_LOOK: i64 = 4;

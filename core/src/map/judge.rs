@@ -12,7 +12,7 @@ use crate::{
     refine::{Estimate, Evidence, Terms},
     residual::RayModel,
     size::size_evidence,
-    visibility::{Sight, Support, predicted_pixels, sight},
+    visibility::{Sight, predicted_pixels, sight},
 };
 
 /// What one step came to.
@@ -113,13 +113,14 @@ fn verdict(
         rival: fruit.rival,
         outline_rays,
         outline,
-        visible: visible(&support, &ellipsoid, field.view.pitch_rad),
+        visible: visible(points.count, &ellipsoid, field.view.pitch_rad),
         colour: points.outside,
         sigma_mm: covariance.map_or(f32::INFINITY, |c| c.sigma_centre_max_mm()),
         flat: points.flat,
         separation: separation(found, turn, &ellipsoid),
         clutter: points.clutter,
     };
+    let findings = findings.known();
     let refusal = match covariance {
         Some(_) => config.gate.refusal(&findings),
         None => Some(Refusal { code: RefusalCode::Singular, value: 0.0, limit: 0.0 }),
@@ -135,10 +136,10 @@ fn verdict(
     })
 }
 
-/// Explained over predicted pixels; infinite where the pitch is not known.
-fn visible(support: &Support, ellipsoid: &Ellipsoid, pitch_rad: f32) -> f32 {
-    if pitch_rad > 0.0 {
-        f32::from(support.explained) / predicted_pixels(ellipsoid, pitch_rad)
+/// Seen on the surface, in the mask or not, over predicted pixels; infinite where the pitch is not known.
+fn visible(seen: f32, ellipsoid: &Ellipsoid, pitch_rad: f32) -> f32 {
+    if pitch_rad > 0.0 && ellipsoid.centre.z > 0.0 {
+        seen / predicted_pixels(ellipsoid, pitch_rad)
     } else {
         f32::INFINITY
     }
@@ -179,6 +180,8 @@ fn outline_fit(evidence: &Evidence<'_>, best: &Estimate, terms: &Terms) -> (u16,
 
 /// What the points near a model look like.
 struct PointShape {
+    /// Points on its surface, in the mask or not.
+    count: f32,
     /// Rms distance of the explained points from their best plane over their rms distance from the model.
     flat: f32,
     /// Share of the explained points outside the mask.
@@ -199,7 +202,7 @@ fn shape_of_points(evidence: &Evidence<'_>, best: &Estimate, terms: &Terms, in_m
     let mut sum = [0.0_f32; 3];
     let mut square = Symmetric3::default();
     for &index in evidence.members {
-        if !evidence.is_open(index) {
+        if !evidence.is_unclaimed(index) {
             continue;
         }
         let p = at(evidence.cloud, index);
@@ -224,7 +227,7 @@ fn shape_of_points(evidence: &Evidence<'_>, best: &Estimate, terms: &Terms, in_m
         square.yz += y * z;
     }
     if n < 1.0 {
-        return PointShape { flat: 0.0, outside: 0.0, clutter: 0.0 };
+        return PointShape { count: 0.0, flat: 0.0, outside: 0.0, clutter: 0.0 };
     }
     let [x, y, z] = sum.map(|s| s / n);
     let scatter = Symmetric3 {
@@ -237,5 +240,5 @@ fn shape_of_points(evidence: &Evidence<'_>, best: &Estimate, terms: &Terms, in_m
     };
     let ratio = eigen(&scatter).values[0] / (model_sum / n);
     let flat = if ratio > 0.0 { libm::sqrtf(ratio) } else { 0.0 };
-    PointShape { flat, outside: outside / n, clutter: near / n }
+    PointShape { count: n, flat, outside: outside / n, clutter: near / n }
 }

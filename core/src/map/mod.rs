@@ -108,6 +108,7 @@ impl MapRun {
             window_mm: WINDOW * short,
             offset_rad: map.outline_offset_rad,
             boxiness: 0.0,
+            independence: map.independence,
         };
         Self { phase: Phase::Begin, failures: 0, terms, scale: Scale { long, short }, found: Vec::new() }
     }

@@ -12,7 +12,7 @@ const BINS: usize = 64;
 const BINS_PER_SIGMA: f32 = 25.6;
 /// Median of |f| of a standard normal variable cut at 2.5.
 const MEDIAN_SIGMA: f32 = 0.664;
-/// Range of the scale: the camera is not ten times better than it says, and at three times worse there is no shape.
+/// Range of the scale: no camera is five times better than it says, and at twice the noise of the presets little shape is left.
 const SCALE: (f32, f32) = (0.2, 2.0);
 /// Weight of the assumption, in points.
 const ASSUMED: f32 = 6.0;
@@ -33,7 +33,7 @@ impl Scatter {
         }
     }
 
-    /// Ratio to the assumed noise: the median, linear within its bin, drawn towards 1 as if ten points had said so.
+    /// Ratio to the assumed noise: the median, linear within its bin, drawn towards 1 as if [`ASSUMED`] points had said so.
     fn scale(&self) -> f32 {
         let count = f32::from(self.count);
         let half = 0.5 * count;

@@ -185,7 +185,7 @@ impl MapSearch {
             distance_squared(&old.estimate, &new.estimate) < near * near
                 && libm::fabsf(dot(old.estimate.axes[0], new.estimate.axes[0])) > SAME_AXIS
         };
-        let better = |old: &Candidate| old.support.score >= new.support.score;
+        let better = |old: &Candidate| !(old.support.score < new.support.score);
         if let Some(position) = self.kept.iter().position(same) {
             if self.kept.get(position).is_some_and(better) {
                 return;

@@ -14,8 +14,8 @@ use crate::{
     frame::{Frame, png_file},
     fruit::Fruit,
     locate::{
-        Camera, Here, Located, MAX_CAPACITY, Method, Options, RegionSource, Searcher, locate_cloud_with,
-        locate_frame_with,
+        Camera, CameraNoise, Here, Located, MAX_CAPACITY, Method, Options, RegionSource, Searcher,
+        locate_cloud_with, locate_frame_with,
     },
     picture, ply_out,
     report::{InputReport, table},
@@ -62,6 +62,13 @@ pub(super) struct LocateArgs {
     /// Standard deviation of the depth camera along its rays, millimetres [default: 1].
     #[arg(long, value_name = "MM")]
     axial_noise: Option<f32>,
+    /// Standard deviation of where a depth pixel looks, depth pixels [default: 0.365; 2 where depth was enlarged].
+    #[arg(long, value_name = "PIXELS")]
+    lateral_noise: Option<f32>,
+    /// How much a depth pixel tells beside one with noise of its own, above 0 to 1 [default: 1; 0.1 where depth was enlarged to
+    /// a finer colour image].
+    #[arg(long, value_name = "SHARE")]
+    independence: Option<f32>,
     /// Do not use the outline of the fruit in the depth image.
     #[arg(long)]
     no_outline: bool,
@@ -248,17 +255,20 @@ impl LocateArgs {
         if let Some(prior) = &self.prior {
             map.prior = size_prior(prior);
         }
-        map.gate = match self.gate {
-            GateArg::Strict => Gate::STRICT,
-            GateArg::Balanced => Gate::BALANCED,
-            GateArg::Eager => Gate::EAGER,
+        let limits = match self.gate {
+            GateArg::Strict => Some(Gate::STRICT),
+            GateArg::Balanced => None,
+            GateArg::Eager => Some(Gate::EAGER),
+        };
+        if let Some(gate) = limits {
+            map.gate = gate.scaled(map.prior.semi_axes_mm[2]);
+        } else if self.prior.is_some() {
+            map.gate = Gate::BALANCED.scaled(map.prior.semi_axes_mm[2]);
         }
-        .scaled(map.prior.semi_axes_mm[2]);
         map.viewpoint = match self.viewpoint {
             ViewpointArg::Origin => Viewpoint::Origin,
             ViewpointArg::None => Viewpoint::None,
         };
-        map.noise.axial_mm = self.axial_noise.unwrap_or(map.noise.axial_mm);
         config
     }
 
@@ -312,6 +322,11 @@ impl LocateArgs {
         options.views.points = PointOptions { flying_span_mm: self.flying_span, ..PointOptions::default() };
         options.views.capacity = self.capacity.unwrap_or(options.views.capacity);
         options.cloud_capacity = self.capacity.unwrap_or(options.cloud_capacity);
+        options.noise = CameraNoise {
+            axial_mm: self.axial_noise,
+            lateral_px: self.lateral_noise,
+            independence: self.independence,
+        };
         if self.no_outline {
             options.views.outline_step_mm = None;
         }

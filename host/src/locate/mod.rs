@@ -9,7 +9,7 @@ mod region;
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
-use varsac_core::{Config, Covariance, Ellipsoid, Point3, Score, Viewpoint};
+use varsac_core::{Config, Covariance, Ellipsoid, MapConfig, Point3, Score, Viewpoint};
 
 use crate::{
     backproject::{Pinhole, View},
@@ -80,6 +80,36 @@ pub struct Options {
     pub seed: u64,
     /// Points a cloud may have; larger ones are thinned.
     pub cloud_capacity: usize,
+    /// What is known of the camera's noise.
+    pub noise: CameraNoise,
+}
+
+/// What a user knows of the camera's noise; what is not given follows from the kind of depth image.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct CameraNoise {
+    /// Standard deviation along the viewing rays, mm.
+    pub axial_mm: Option<f32>,
+    /// Standard deviation of where a depth pixel looks, depth pixels.
+    pub lateral_px: Option<f32>,
+    /// How much a pixel tells beside one with noise of its own, above 0 to 1.
+    pub independence: Option<f32>,
+}
+
+impl CameraNoise {
+    /// Depth that was warped into a finer colour image, as measured on two orchard frames of a time-of-flight camera in the
+    /// sun: it follows a fruit's roundness poorly, lies some pixels beside its colour, and repeats itself.
+    const INTERPOLATED: (f32, f32, f32) = (3.0, 2.0, 0.02);
+
+    fn apply(&self, map: &mut MapConfig, pitch_rad: f32, interpolated: bool) {
+        let (mut axial_mm, mut lateral_rad) = (map.noise.axial_mm, map.noise.lateral_rad);
+        if interpolated {
+            let (axial, lateral_px, independence) = Self::INTERPOLATED;
+            (axial_mm, lateral_rad, map.independence) = (axial, lateral_px * pitch_rad, independence);
+        }
+        map.noise.axial_mm = self.axial_mm.unwrap_or(axial_mm);
+        map.noise.lateral_rad = self.lateral_px.map_or(lateral_rad, |pixels| pixels * pitch_rad);
+        map.independence = self.independence.unwrap_or(map.independence);
+    }
 }
 
 impl Options {
@@ -89,8 +119,17 @@ impl Options {
             varsac_core::Method::Map => Method::Map,
             varsac_core::Method::Varsac => Method::Varsac,
         };
-        let views = ViewOptions::of(&config);
-        Self { method, config, regions, views, seed, cloud_capacity: MAX_CAPACITY }
+        let mask_is_exact = !matches!(regions, RegionSource::Colour(_));
+        let views = ViewOptions { mask_is_exact, ..ViewOptions::of(&config) };
+        Self {
+            method,
+            config,
+            regions,
+            views,
+            seed,
+            cloud_capacity: MAX_CAPACITY,
+            noise: CameraNoise::default(),
+        }
     }
 }
 
@@ -215,8 +254,10 @@ pub fn locate_frame_with(
     let camera = Camera::of(frame)?;
     let view = camera.view(frame);
     let views = region_views(&view, &regions_of(input, frame, &options.regions)?, &options.views)?;
-    let pitch_rad = (1.0 / view.focal_px().0) as f32 * crate::region_view::stride(&view) as f32;
-    search(&Work { input, name: &frame.name, started }, searcher, views, pitch_rad, Vec::new(), options)
+    let stride = crate::region_view::stride(&view);
+    let pitch_rad = (stride as f64 / view.focal_px().0) as f32;
+    let work = Work { input, name: &frame.name, started };
+    search(&work, searcher, views, (pitch_rad, stride > 1), Vec::new(), options)
 }
 
 /// What the core gets to see of each region of a frame, in the order of the regions.
@@ -264,7 +305,7 @@ pub fn locate_cloud_with(
     }
     let pitch_rad = view.pitch_rad;
     let work = Work { input, name: &cloud.name, started };
-    search(&work, searcher, vec![view], pitch_rad, notes, options)
+    search(&work, searcher, vec![view], (pitch_rad, false), notes, options)
 }
 
 fn regions_of(input: &str, frame: &Frame, source: &RegionSource) -> Result<Regions, InputError> {
@@ -311,13 +352,14 @@ fn search(
     work: &Work<'_>,
     searcher: &mut dyn Searcher,
     views: Vec<RegionView>,
-    pitch_rad: f32,
+    (pitch_rad, interpolated): (f32, bool),
     notes: Vec<String>,
     options: &Options,
 ) -> Result<Located, InputError> {
     let mut options = options.clone();
     if pitch_rad > 0.0 {
         options.config.map = options.config.map.with_pitch(pitch_rad);
+        options.noise.apply(&mut options.config.map, pitch_rad, interpolated);
     }
     let found = searcher.search(&views, &options)?;
 

@@ -42,7 +42,7 @@ pub struct Scene {
 /// What a search is given of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sighting {
-    /// Points of the region: those of the mask first, then those of its margin; each row by row.
+    /// Points of the region: those in the mask or beside it first, then the rest of its margin; each row by row.
     pub cloud: Vec<Point3>,
     /// Number of the former.
     pub in_mask: usize,
@@ -64,6 +64,8 @@ impl Sighting {
     }
 }
 
+/// A colour threshold is not trusted to so many pixels: what is that near the mask counts as in it, as in the pipeline.
+const DOUBTFUL_PX: i64 = 1;
 /// Pixels rendered around the fruit beyond their own extent.
 const BORDER_PX: i64 = 14;
 /// A depth step that separates two surfaces, mm: as in the pipeline, nine tenths of the short semi-axis of a jujube.
@@ -114,6 +116,10 @@ impl Scene {
     /// What a search is given when the mask has this error.
     pub fn sighting(&self, bias: MaskBias) -> Sighting {
         let mask = bias.applied(&self.mask);
+        let near_mask = |u: i64, v: i64| {
+            let reach = -DOUBTFUL_PX..=DOUBTFUL_PX;
+            reach.clone().any(|dv| reach.clone().any(|du| mask.get(u + du, v + dv) == Some(255)))
+        };
         let mut region = mask.clone();
         for _ in 0..self.margin_px {
             region = grown(&region, true);
@@ -123,7 +129,7 @@ impl Scene {
             for u in 0..mask.width as i64 {
                 let depth = self.patch.depth.get(u, v).unwrap_or(0.0);
                 if depth > 0.0 && region.get(u, v) == Some(255) {
-                    let list = if mask.get(u, v) == Some(255) { &mut cloud } else { &mut margin };
+                    let list = if near_mask(u, v) { &mut cloud } else { &mut margin };
                     list.push(self.point(u, v, depth));
                 }
             }
@@ -239,9 +245,12 @@ mod tests {
             let pairs = mask.pixels.iter().zip(&scene.patch.depth.pixels);
             pairs.filter(|(label, depth)| **label == 255 && **depth > 0.0).count()
         };
-        assert_eq!(sighting.in_mask, valid(&scene.mask));
-        let grown = MaskBias { grow_px: scene.margin_px, ..MaskBias::default() }.applied(&scene.mask);
-        assert_eq!(sighting.cloud.len(), valid(&grown));
+        let grown = |grow_px| MaskBias { grow_px, ..MaskBias::default() }.applied(&scene.mask);
+        assert_eq!(sighting.cloud.len(), valid(&grown(scene.margin_px)));
+        // One step of city-block growth lies within one pixel, three steps do not.
+        assert!(sighting.in_mask >= valid(&grown(scene.margin_px.min(1))));
+        let wide = Scene { margin_px: 3, ..scene.clone() }.sighting(MaskBias::default());
+        assert!(wide.in_mask >= valid(&grown(1)) && wide.in_mask < wide.cloud.len());
         assert_eq!(sighting.points_only().in_mask, sighting.cloud.len());
         assert!(!sighting.outline.is_empty() && sighting.points_only().outline.is_empty());
     }
