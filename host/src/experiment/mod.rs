@@ -8,6 +8,11 @@
 //! seed, and results are gathered in the order of the seeds. Times are the exception; they stand in columns whose key
 //! ends in `_ms` or `_us` (a quotient of times: in `_ratio`) and in no finding and no figure.
 
+#![allow(
+    clippy::unnecessary_wraps,
+    reason = "an experiment can refuse a file that a user names; most are given none"
+)]
+
 pub mod figure;
 pub mod html;
 mod on_canvas;

@@ -9,6 +9,7 @@ use super::{
     Case, Method, Outcome, WRONG_MM,
     coverage::BLOCKS,
     gates::{PRESETS, Passed, SCALES, scaled},
+    listing,
     measure::measure,
     summary::{LEVEL, coverage},
 };
@@ -52,6 +53,10 @@ fn run(context: &Context) -> Result<Report, InputError> {
     let gate_seeds = context.seeds(5000);
     let gated = measure(context, &[Case::of(ORCHARD)], &Method::OURS, &gate_seeds).concat();
     let (gates, gate_chart, mut findings) = gates(&gated);
+    let mut wrong = listing::table("Accepted and wrong on mixed views");
+    for (method, outcomes) in Method::OURS.iter().zip(&gated) {
+        listing::list(&mut wrong, &Case::of(ORCHARD), *method, outcomes);
+    }
     findings.extend(CASES.iter().zip(&measured).filter_map(|(case, by_method)| {
         let [outline, cloud] = [0, 1].map(|k| coverage(&by_method[k], LEVEL));
         let show = |c: [f64; 3]| c.map(|share| format!("{:.1}", 100.0 * share)).join(", ");
@@ -66,7 +71,7 @@ fn run(context: &Context) -> Result<Report, InputError> {
                    it is too careful.";
     Ok(Report {
         findings,
-        tables: vec![coverage_table(&measured), gates],
+        tables: vec![coverage_table(&measured), gates, wrong],
         figures: vec![
             Figure::charts("coverage", caption, coverage_charts(&measured)),
             Figure::charts(

@@ -3,7 +3,7 @@
 use super::{
     Case, Method, Outcome,
     gates::{PRESETS, passes},
-    measure,
+    listing, measure,
     one_sided::{code_cells, code_columns},
 };
 use crate::{
@@ -59,6 +59,7 @@ fn run(context: &Context) -> Result<Report, InputError> {
             Column::new("eager_percent", "eager", 2),
         ],
     );
+    let mut taken = listing::table("Decoys that were accepted");
     let mut bars: [Vec<f64>; 2] = [Vec::new(), Vec::new()];
     for (case, by_method) in DECOYS.iter().zip(&measured) {
         let mut cells: Vec<Cell> = row![case.name];
@@ -68,10 +69,11 @@ fn run(context: &Context) -> Result<Report, InputError> {
             cells.extend(row![accepted, percent]);
             bar.push(percent);
             codes.push(code_cells(case.name, *method, outcomes));
+            listing::list(&mut taken, case, *method, outcomes);
             let [strict, balanced, eager] = PRESETS.map(|(_, gate)| {
-                let taken =
+                let let_in =
                     |outcome: &&Outcome| outcome.detections.iter().any(|judged| passes(&gate, judged));
-                100.0 * outcomes.iter().filter(taken).count() as f64 / outcomes.len() as f64
+                100.0 * outcomes.iter().filter(let_in).count() as f64 / outcomes.len() as f64
             });
             presets.push(row![case.name, method.name(), strict, balanced, eager]);
         }
@@ -102,7 +104,7 @@ fn run(context: &Context) -> Result<Report, InputError> {
     Ok(Report {
         findings: findings.collect(),
         figures: vec![Figure::charts("accepted", caption, charts.collect())],
-        tables: vec![table, presets, codes],
+        tables: vec![table, presets, codes, taken],
     })
 }
 

@@ -20,6 +20,7 @@ mod calibration;
 pub mod coverage;
 mod decoys;
 mod gates;
+mod listing;
 pub mod measure;
 pub mod methods;
 mod one_sided;

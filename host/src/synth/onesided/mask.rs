@@ -50,7 +50,7 @@ pub(super) fn colour_mask(patch: &Patch, bodies: &[Body], draws: &mut Draws) -> 
             let here = coloured(u, v);
             let border = NEIGHBOURS.iter().any(|&(du, dv)| coloured(u + du, v + dv) != here);
             let wrong = draws.chance(if border { BORDER_ERROR } else { COLOUR_ERROR }) && (border || here);
-            mask.set(u, v, if here != wrong { 255 } else { 0 });
+            mask.set(u, v, if here == wrong { 0 } else { 255 });
         }
     }
     mask

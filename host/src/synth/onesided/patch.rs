@@ -136,9 +136,8 @@ fn pixel(bodies: &[Body], sensor: &Sensor, (x, y): (f64, f64), draws: &mut Draws
     seen.sort_by(f64::total_cmp);
     let (nearest, furthest) = (seen[0], seen[count - 1]);
     let middle = seen.iter().sum::<f64>() / count as f64;
-    let value = if furthest - nearest < MIXED_MM {
-        middle
-    } else if flight < sensor.flying {
+    let is_mixed = furthest - nearest >= MIXED_MM;
+    let value = if !is_mixed || flight < sensor.flying {
         middle
     } else if flight < sensor.flying + sensor.edge_hole {
         return 0.0;
