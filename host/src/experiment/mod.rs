@@ -8,9 +8,15 @@
 //! seed, and results are gathered in the order of the seeds. Times are the exception; they stand in columns whose key
 //! ends in `_ms` or `_us` (a quotient of times: in `_ratio`) and in no finding and no figure.
 
+#![allow(
+    clippy::unnecessary_wraps,
+    reason = "an experiment can refuse a file that a user names; most are given none"
+)]
+
 pub mod figure;
 pub mod html;
 mod on_canvas;
+pub mod onesided;
 mod plot;
 mod scale;
 pub mod table;
@@ -30,7 +36,15 @@ use figure::Figure;
 use table::Table;
 
 /// All experiments, in the order of the paper.
-pub const EXPERIMENTS: &[Experiment] = &[fig5::EXPERIMENT, fig6::EXPERIMENT];
+pub const EXPERIMENTS: &[Experiment] = &[
+    fig5::EXPERIMENT,
+    fig6::EXPERIMENT,
+    onesided::ONE_SIDED,
+    onesided::OUTLINE,
+    onesided::DECOYS,
+    onesided::CALIBRATION,
+    onesided::TOUCHING,
+];
 
 /// One experiment.
 #[derive(Debug, Clone, Copy)]
