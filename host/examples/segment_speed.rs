@@ -33,6 +33,11 @@ fn main() -> Result<(), InputError> {
     report("mean filter and hue gate", || drop(gate_of_mean(&frame.colour, options.mean_radius_px, &gate)));
     report("connected regions", || drop(connected_regions(&mask, options.area)));
     report("depth-to-colour registration", || drop(registration.register(&frame.raw_depth)));
+    let memory = std::cell::RefCell::new(registration.register(&frame.raw_depth)?);
+    report("registration again", || {
+        drop(registration.register_again(&frame.raw_depth, &mut memory.borrow_mut()))
+    });
+    report("tables of a device", || drop(Registration::new(&frame.calibration)));
     report("back-projection", || drop(view.points(&regions, &PointOptions::default())));
     report("all of it", || {
         let regions = segment(&frame.colour, &options);

@@ -42,6 +42,7 @@ pub mod segment;
 pub mod similarity;
 pub mod simulate;
 pub mod synth;
+pub mod wide;
 
 #[cfg(test)]
 mod testing;

@@ -11,7 +11,7 @@ use crate::{
     error::InputError,
     frame::Frame,
     fruit::Fruit,
-    locate::{REGION_CAPACITY, RegionSource, region_clouds},
+    locate::{Camera, REGION_CAPACITY, RegionSource, region_clouds},
     segment::preset,
 };
 
@@ -29,7 +29,8 @@ fn read(path: &Path, recorded: &mut Vec<RecordedCloud>) -> Result<(), InputError
     let name = path.display().to_string();
     let clouds = if path.is_dir() {
         let colour = RegionSource::Colour(preset(Fruit::Jujube.name()));
-        region_clouds(&name, &Frame::read(path)?, &colour, &PointOptions::default())?
+        let frame = Frame::read(path)?;
+        region_clouds(&Camera::of(&frame)?, &name, &frame, &colour, &PointOptions::default())?
     } else {
         vec![Cloud::read(path, None)?.points_mm]
     };

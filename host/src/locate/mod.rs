@@ -164,6 +164,23 @@ impl Camera {
         }
     }
 
+    /// [`Self::of`] for one frame after another: tables and images of the frame before are used again where the device
+    /// is the same, which halves the work.
+    ///
+    /// # Errors
+    /// As [`Self::of`].
+    pub fn turn_to<'a>(camera: &'a mut Option<Self>, frame: &Frame) -> Result<&'a Self, InputError> {
+        let kept = match (camera.take(), &frame.geometry) {
+            (Some(Self::Kinect(mut pair)), Geometry::Factory(calibration)) if pair.0.is_of(calibration) => {
+                let (registration, registered) = &mut *pair;
+                registration.register_again(&frame.depth_mm, registered)?;
+                Self::Kinect(pair)
+            }
+            _ => Self::of(frame)?,
+        };
+        Ok(camera.insert(kept))
+    }
+
     /// Where the colour image was seen from, millimetres, in the frame of the points.
     pub fn colour_centre_mm(&self) -> [f64; 3] {
         match self {
@@ -186,21 +203,23 @@ impl Camera {
 /// # Errors
 /// A mask that is asked for and missing or of the wrong size, intrinsics that describe no camera, a configuration out of range.
 pub fn locate_frame(input: &str, frame: &Frame, options: &Options) -> Result<Located, InputError> {
-    locate_frame_with(&mut Here, input, frame, options)
+    locate_frame_with(&mut Here, &mut None, input, frame, options)
 }
 
-/// [`locate_frame`], searched by somebody else.
+/// [`locate_frame`], searched by somebody else, with the camera of the frame before, which becomes that of this one.
 ///
 /// # Errors
 /// As [`locate_frame`], and the searcher's.
 pub fn locate_frame_with(
     searcher: &mut dyn Searcher,
+    camera: &mut Option<Camera>,
     input: &str,
     frame: &Frame,
     options: &Options,
 ) -> Result<Located, InputError> {
     let started = Instant::now();
-    let clouds = region_clouds(input, frame, &options.regions, &options.points)?;
+    let camera = Camera::turn_to(camera, frame)?;
+    let clouds = region_clouds(camera, input, frame, &options.regions, &options.points)?;
     search(
         &Work { input, name: &frame.name, capacity: options.region_capacity, started },
         searcher,
@@ -215,12 +234,12 @@ pub fn locate_frame_with(
 /// # Errors
 /// As [`locate_frame`].
 pub fn region_clouds(
+    camera: &Camera,
     input: &str,
     frame: &Frame,
     source: &RegionSource,
     options: &PointOptions,
 ) -> Result<Vec<Vec<Point3>>, InputError> {
-    let camera = Camera::of(frame)?;
     let regions = regions_of(input, frame, source)?;
     let points = camera.view(frame).points(&regions, options)?;
     Ok(points.iter().map(|region| region.iter().map(|p| p.point_mm).collect()).collect())
