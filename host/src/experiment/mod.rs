@@ -18,6 +18,12 @@ pub mod write;
 
 mod fig5;
 mod fig6;
+mod fig7;
+mod fig8;
+mod methods;
+mod simulated;
+mod table3;
+mod table4;
 
 use std::{path::PathBuf, time::Instant};
 
@@ -30,7 +36,14 @@ use figure::Figure;
 use table::Table;
 
 /// All experiments, in the order of the paper.
-pub const EXPERIMENTS: &[Experiment] = &[fig5::EXPERIMENT, fig6::EXPERIMENT];
+pub const EXPERIMENTS: &[Experiment] = &[
+    fig5::EXPERIMENT,
+    fig6::EXPERIMENT,
+    table3::EXPERIMENT,
+    table4::EXPERIMENT,
+    fig7::EXPERIMENT,
+    fig8::EXPERIMENT,
+];
 
 /// One experiment.
 #[derive(Debug, Clone, Copy)]
