@@ -43,6 +43,7 @@ pub mod report;
 pub mod segment;
 pub mod similarity;
 pub mod simulate;
+pub mod speed;
 pub mod synth;
 pub mod wide;
 

@@ -22,6 +22,7 @@ mod fig7;
 mod fig8;
 mod methods;
 mod simulated;
+mod speed;
 mod table3;
 mod table4;
 
@@ -43,6 +44,7 @@ pub const EXPERIMENTS: &[Experiment] = &[
     table4::EXPERIMENT,
     fig7::EXPERIMENT,
     fig8::EXPERIMENT,
+    speed::EXPERIMENT,
 ];
 
 /// One experiment.
