@@ -5,7 +5,8 @@
 //! the first run (data, normals, trees, reading the frame) is the same in both and drops out. The figures repeat to
 //! a few instructions, whatever else the machine is doing.
 //!
-//! Valgrind knows no registers of more than 256 bits and tells the program so: "widest" is 256 bits here.
+//! Valgrind tells the program that its processor is an older one, so that "widest registers" are 128 bits here and the
+//! counts of that row, and of the colour gate, are those of the narrowest PC.
 
 use std::path::Path;
 use std::process::{Command, ExitCode};
@@ -58,7 +59,7 @@ fn counts(groups: &[Group]) -> Result<(), String> {
             let units = units.ok_or_else(|| format!("{name}: more runs did no more work"))?;
             let each = (long.instructions as f64 - short.instructions as f64) / units as f64;
             let ratio = *first.get_or_insert(each) / each;
-            let decimals = if each < 1000.0 { 1 } else { 0 };
+            let decimals = usize::from(each < 1000.0);
             println!("| {name} | {} | {each:.decimals$} | {ratio:.2} |", group.name());
         }
     }

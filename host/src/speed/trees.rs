@@ -71,7 +71,7 @@ impl Neighbourhoods {
         let query = [centre.x, centre.y, centre.z];
         let within =
             self.kiddo.query(&query).within::<kiddo::SquaredEuclidean<f32>>(RADIUS_MM * RADIUS_MM).unsorted();
-        found.extend(within.execute().iter().map(|item| item.item as u32));
+        found.extend(within.execute().iter().map(|item| item.item));
         found.sort_unstable();
     }
 

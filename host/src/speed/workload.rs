@@ -79,7 +79,7 @@ pub fn views(count: u64, seed: u64) -> Vec<Vec<Point3>> {
 /// A rendered Kinect v2 pair, 1920x1080 and 512x424, of so many jujubes in a tree.
 pub fn frame(fruit_count: usize, seed: u64) -> Frame {
     let rendered = render_kinect(
-        &Scene::new(&SceneOptions { fruit_count, seed, ..SceneOptions::default() }),
+        &Scene::new(&SceneOptions { seed, fruit_count, ..SceneOptions::default() }),
         &KinectRig::default(),
     );
     Frame {
