@@ -117,7 +117,7 @@ impl Gate {
         shared_volume: 0.75,
     };
 
-    /// Half of the refusals' limits: fewer accepted, fewer wrong.
+    /// Tighter limits: fewer accepted, fewer wrong.
     pub const STRICT: Self = Self {
         size_conflict: 7.0,
         size_conflict_end_on: 3.5,
@@ -192,7 +192,7 @@ pub struct Findings {
     pub outline_rays: u16,
     /// Mean of `min(|f|, 3)` over them.
     pub outline: f32,
-    /// Explained over predicted pixels.
+    /// Points on the surface, in the mask or not, over predicted pixels; infinite where the pitch is not known.
     pub visible: f32,
     /// Share of the explained points outside the mask.
     pub colour: f32,

@@ -24,6 +24,13 @@ pub mod write;
 
 mod fig5;
 mod fig6;
+mod fig7;
+mod fig8;
+mod methods;
+mod simulated;
+mod speed;
+mod table3;
+mod table4;
 
 use std::{path::PathBuf, time::Instant};
 
@@ -39,6 +46,11 @@ use table::Table;
 pub const EXPERIMENTS: &[Experiment] = &[
     fig5::EXPERIMENT,
     fig6::EXPERIMENT,
+    table3::EXPERIMENT,
+    table4::EXPERIMENT,
+    fig7::EXPERIMENT,
+    fig8::EXPERIMENT,
+    speed::EXPERIMENT,
     onesided::ONE_SIDED,
     onesided::OUTLINE,
     onesided::DECOYS,
