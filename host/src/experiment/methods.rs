@@ -32,6 +32,8 @@ pub(super) struct Found {
     pub(super) ellipsoid: EllipsoidF64,
     /// Indices of the points that the method counts as its own, ascending.
     pub(super) inliers: Vec<u32>,
+    /// Share of the neighbourhood that the best hypothesis explained before the final least squares: w of Eq. (17).
+    pub(super) support: f64,
     /// Hypotheses drawn.
     pub(super) trials: u32,
     /// Wall clock of the search, milliseconds: the paper's Time1.
@@ -55,8 +57,11 @@ pub(super) struct Method {
 pub(super) const METHODS: [Method; 3] = [
     Method { name: "direct", samples: false, find: direct },
     Method { name: "RANSAC", samples: true, find: distance_and_normal },
-    Method { name: "VARSAC+TEBC", samples: true, find: varsac },
+    VARSAC,
 ];
+
+/// The paper's own.
+pub(super) const VARSAC: Method = Method { name: "VARSAC+TEBC", samples: true, find: varsac };
 
 /// Most points of a cloud.
 pub(super) const CAPACITY: usize = 4096;
@@ -79,7 +84,8 @@ fn varsac(task: &Task<'_>) -> Option<Found> {
     let all: Vec<u16> = (0..task.cloud.len() as u16).collect();
     let shell = Shell::new(&CentralQuadric::from(&ellipsoid), task.config.shell);
     let score_us = fastest_us(|| shell.score(task.cloud, &all).inliers);
-    Some(Found { ellipsoid, inliers, trials: found.report.trials, search_ms, score_us })
+    let support = f64::from(found.report.support.ratio());
+    Some(Found { ellipsoid, inliers, support, trials: found.report.trials, search_ms, score_us })
 }
 
 /// Nine points, distance and normal.
@@ -97,13 +103,9 @@ fn distance_and_normal(task: &Task<'_>) -> Option<Found> {
     let count =
         || wide.iter().zip(&directions).filter(|(point, normal)| score.is_inlier(**point, **normal)).count();
     let score_us = fastest_us(count);
-    Some(Found {
-        ellipsoid: found.ellipsoid,
-        inliers: found.inliers,
-        trials: found.trials,
-        search_ms,
-        score_us,
-    })
+    let support = found.neighbourhood_inliers as f64 / found.neighbourhood as f64;
+    let (ellipsoid, inliers, trials) = (found.ellipsoid, found.inliers, found.trials);
+    Some(Found { ellipsoid, inliers, support, trials, search_ms, score_us })
 }
 
 /// Least squares on all points; all of them are its own.
@@ -113,7 +115,7 @@ fn direct(task: &Task<'_>) -> Option<Found> {
     let ellipsoid = EllipsoidF64::from(&varsac_core::Ellipsoid::from(&surface));
     let search_ms = started.elapsed().as_secs_f64() * 1e3;
     let inliers = (0..task.cloud.len() as u32).collect();
-    Some(Found { ellipsoid, inliers, trials: 1, search_ms, score_us: 0.0 })
+    Some(Found { ellipsoid, inliers, support: 1.0, trials: 1, search_ms, score_us: 0.0 })
 }
 
 fn fastest_us<T>(work: impl Fn() -> T) -> f64 {

@@ -16,11 +16,14 @@ mod scale;
 pub mod table;
 pub mod write;
 
+mod eq20;
+mod families;
 mod fig5;
 mod fig6;
 mod fig7;
 mod fig8;
 mod methods;
+mod sample_sizes;
 mod simulated;
 mod table3;
 mod table4;
@@ -39,6 +42,8 @@ use table::Table;
 pub const EXPERIMENTS: &[Experiment] = &[
     fig5::EXPERIMENT,
     fig6::EXPERIMENT,
+    eq20::EXPERIMENT,
+    sample_sizes::EXPERIMENT,
     table3::EXPERIMENT,
     table4::EXPERIMENT,
     fig7::EXPERIMENT,
