@@ -23,8 +23,11 @@ mod fig6;
 mod fig7;
 mod fig8;
 mod methods;
+mod precision;
 mod sample_sizes;
+mod similarity;
 mod simulated;
+mod solvers;
 mod table3;
 mod table4;
 
@@ -40,6 +43,7 @@ use table::Table;
 
 /// All experiments, in the order of the paper.
 pub const EXPERIMENTS: &[Experiment] = &[
+    similarity::EXPERIMENT,
     fig5::EXPERIMENT,
     fig6::EXPERIMENT,
     eq20::EXPERIMENT,
@@ -48,6 +52,7 @@ pub const EXPERIMENTS: &[Experiment] = &[
     table4::EXPERIMENT,
     fig7::EXPERIMENT,
     fig8::EXPERIMENT,
+    precision::EXPERIMENT,
 ];
 
 /// One experiment.
