@@ -30,6 +30,8 @@ mod simulated;
 mod solvers;
 mod table3;
 mod table4;
+mod table6;
+mod trees;
 
 use std::{path::PathBuf, time::Instant};
 
@@ -52,6 +54,7 @@ pub const EXPERIMENTS: &[Experiment] = &[
     table4::EXPERIMENT,
     fig7::EXPERIMENT,
     fig8::EXPERIMENT,
+    table6::EXPERIMENT,
     precision::EXPERIMENT,
 ];
 
