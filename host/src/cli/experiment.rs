@@ -8,6 +8,7 @@ use super::{Outcome, print};
 use crate::{
     error::InputError,
     experiment::{Context, EXPERIMENTS, Experiment, Finished, find, write},
+    fruit::Fruit,
 };
 
 /// Options of `varsac experiment`.
@@ -28,6 +29,9 @@ pub(super) struct ExperimentArgs {
     /// A frame folder that fig9 and fig10 show beside the rendered one.
     #[arg(long, value_name = "DIR")]
     frame: Option<PathBuf>,
+    /// The fruit in that frame.
+    #[arg(long, value_enum, default_value_t = Fruit::Jujube)]
+    fruit: Fruit,
     /// Mask of one fruit seen from the front, for similarity.
     #[arg(long, value_name = "MASK.png", requires = "bottom")]
     front: Option<PathBuf>,

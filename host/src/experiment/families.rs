@@ -15,7 +15,7 @@ pub(super) enum Kind {
     /// The paper's simulation with this deviation.
     Simulation(f64),
     /// One-sided views of jujubes.
-    Views(Family),
+    Views(&'static Family),
 }
 
 /// The families, with their names in tables.
@@ -24,9 +24,9 @@ pub(super) const KINDS: [(&str, Kind); 7] = [
     ("simulation, sigma 0.05", Kind::Simulation(0.05)),
     ("simulation, sigma 0.1", Kind::Simulation(0.1)),
     ("simulation, sigma 0.15", Kind::Simulation(0.15)),
-    ("jujubes, clean", Kind::Views(onesided::CLEAN)),
-    ("jujubes, occluded", Kind::Views(onesided::OCCLUDED)),
-    ("jujubes, hard", Kind::Views(onesided::HARD)),
+    ("jujubes, clean", Kind::Views(&onesided::CLEAN)),
+    ("jujubes, occluded", Kind::Views(&onesided::OCCLUDED)),
+    ("jujubes, hard", Kind::Views(&onesided::HARD)),
 ];
 
 impl Kind {

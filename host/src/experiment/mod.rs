@@ -8,6 +8,8 @@
 //! seed, and results are gathered in the order of the seeds. Times are the exception; they stand in columns whose key
 //! ends in `_ms` or `_us` (a quotient of times: in `_ratio`) and in no finding and no figure.
 
+#![allow(clippy::unnecessary_wraps, reason = "every experiment has the signature of the registry")]
+
 pub mod figure;
 pub mod html;
 mod on_canvas;
@@ -18,10 +20,13 @@ pub mod write;
 
 mod eq20;
 mod families;
+mod fig10;
 mod fig5;
 mod fig6;
 mod fig7;
 mod fig8;
+mod fig9;
+mod frames;
 mod methods;
 mod precision;
 mod sample_sizes;
@@ -33,13 +38,13 @@ mod table4;
 mod table6;
 mod trees;
 
-use std::{path::PathBuf, time::Instant};
+use std::{fmt::Write as _, path::PathBuf, time::Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use crate::error::InputError;
+use crate::{error::InputError, fruit::Fruit};
 use figure::Figure;
 use table::Table;
 
@@ -55,6 +60,8 @@ pub const EXPERIMENTS: &[Experiment] = &[
     fig7::EXPERIMENT,
     fig8::EXPERIMENT,
     table6::EXPERIMENT,
+    fig9::EXPERIMENT,
+    fig10::EXPERIMENT,
     precision::EXPERIMENT,
 ];
 
@@ -83,6 +90,8 @@ pub struct Context {
     pub seeds: Option<u64>,
     /// A frame folder for those experiments that can show a given frame.
     pub frame: Option<PathBuf>,
+    /// The fruit in that frame.
+    pub fruit: Fruit,
     /// Masks of one fruit, from the front and from the bottom, for the similarity of Eq. (1) and (2).
     pub masks: Option<[PathBuf; 2]>,
     /// Counts runs.
@@ -92,7 +101,14 @@ pub struct Context {
 impl Default for Context {
     /// Seed 1, default numbers of runs, no files, silent.
     fn default() -> Self {
-        Self { seed: 1, seeds: None, frame: None, masks: None, progress: ProgressBar::hidden() }
+        Self {
+            seed: 1,
+            seeds: None,
+            frame: None,
+            fruit: Fruit::Jujube,
+            masks: None,
+            progress: ProgressBar::hidden(),
+        }
     }
 }
 
@@ -193,17 +209,15 @@ impl Finished {
     pub fn to_markdown(&self) -> String {
         let mut text = format!("# {}\n\n{}\n", self.experiment.name, self.experiment.purpose);
         for finding in &self.report.findings {
-            text.push_str(&format!("\n* {finding}"));
+            let _ = write!(text, "\n* {finding}");
         }
         text.push('\n');
         for table in &self.report.tables {
             text.push('\n');
             text.push_str(&table.to_markdown());
         }
-        text.push_str(&format!(
-            "\nMade by `varsac experiment {} --seed {}`.\n",
-            self.experiment.name, self.seed
-        ));
+        let _ =
+            writeln!(text, "\nMade by `varsac experiment {} --seed {}`.", self.experiment.name, self.seed);
         text
     }
 }

@@ -100,7 +100,7 @@ fn run(context: &Context) -> Result<Report, InputError> {
     for (k, way) in ways.iter().enumerate() {
         let mut cells = row![way.name, name_of(way.constraint)];
         for (place, samples) in by_size.iter().enumerate() {
-            let errors: Vec<Option<f64>> = samples.iter().filter_map(|sample| sample[k]).collect();
+            let errors: Vec<f64> = samples.iter().filter_map(|sample| sample[k]).collect();
             cells.extend(errors_of(&errors));
             if place == 0 && way.constraint == Constraint::Trace {
                 curves.push((way.name, errors));
@@ -137,7 +137,7 @@ const OTHERS_MM: f64 = 3.0;
 
 /// `size` points of the visible side of a jujube, without replacement; fewer where it shows fewer.
 fn sample(size: usize, seed: u64) -> (Vec<[f64; 3]>, [f64; 3]) {
-    let (mut cloud, truth) = Kind::Views(onesided::CLEAN).cloud(seed);
+    let (mut cloud, truth) = Kind::Views(&onesided::CLEAN).cloud(seed);
     cloud.retain(|point| truth.distance_mm(&point.cast()).abs() < OTHERS_MM);
     let mut stream = Stream::new(seed);
     let size = size.min(cloud.len());
@@ -148,29 +148,29 @@ fn sample(size: usize, seed: u64) -> (Vec<[f64; 3]>, [f64; 3]) {
     (cloud[..size].iter().map(|p| [p.x, p.y, p.z].map(f64::from)).collect(), truth.centre_mm)
 }
 
-/// For each way the distance from the exact centre, within it nothing where the way found no ellipsoid; nothing where
-/// there is no exact solution to compare with.
-fn compare(ways: &[Way], size: usize, seed: u64) -> Vec<Option<Option<f64>>> {
+/// For each way the distance from the exact centre, infinite where the way found no ellipsoid; nothing where there is
+/// no exact solution to compare with.
+fn compare(ways: &[Way], size: usize, seed: u64) -> Vec<Option<f64>> {
     let (points, _) = sample(size, seed);
     let exact = [Constraint::A11, Constraint::Trace].map(|constraint| EXACT(&points, constraint));
     let against = |way: &Way| {
         let exact = exact[usize::from(way.constraint == Constraint::Trace)]?;
-        Some((way.solve)(&points, way.constraint).map(|centre| (centre - exact).norm()))
+        Some((way.solve)(&points, way.constraint).map_or(f64::INFINITY, |centre| (centre - exact).norm()))
     };
     ways.iter().map(against).collect()
 }
 
 /// Lost %, off %, 90 % quantile of the found.
-fn errors_of(errors: &[Option<f64>]) -> Vec<Cell> {
+fn errors_of(errors: &[f64]) -> Vec<Cell> {
     let percent = |count: usize| 100.0 * count as f64 / errors.len().max(1) as f64;
-    let mut found: Vec<f64> = errors.iter().flatten().copied().collect();
+    let mut found: Vec<f64> = errors.iter().copied().filter(|error| error.is_finite()).collect();
     found.sort_by(f64::total_cmp);
     let off = found.iter().filter(|error| **error > OFF_MM).count();
     row![percent(errors.len() - found.len()), percent(off), quantile(&found, 0.9)]
 }
 
-fn distribution(name: &str, colour: usize, errors: &[Option<f64>]) -> Series {
-    let share = |limit: f64| errors.iter().flatten().filter(|error| **error <= limit).count() as f64;
+fn distribution(name: &str, colour: usize, errors: &[f64]) -> Series {
+    let share = |limit: f64| errors.iter().filter(|error| **error <= limit).count() as f64;
     let limits = (-60..=30).map(|tenths| libm::exp10(f64::from(tenths) / 10.0));
     let points = limits.map(|limit| [limit, 100.0 * share(limit) / errors.len().max(1) as f64]).collect();
     // Eight ways and seven colours that differ: the core is what its own way is, dashed over it.
