@@ -11,8 +11,12 @@ use super::{
 };
 use crate::{
     backproject::PointOptions,
-    draw::{View, Viewpoint, draw_cloud, draw_overlays},
+    draw::{Overlay, View, Viewpoint, draw_cloud, draw_overlays},
     error::InputError,
+    eval::{EllipsoidF64, norm, statistics::mean_and_deviation, subtract},
+    frame::Frame,
+    fruit::Fruit,
+    image::ColourImage,
     locate::{Camera, Located, MAX_CAPACITY, Method, Options, REGION_CAPACITY, RegionSource, locate_frame},
     picture::overlays,
     segment::preset,
@@ -24,9 +28,6 @@ pub(super) const EXPERIMENT: Experiment = Experiment {
     purpose: "The search in stages: points, RANSAC, VARSAC+TEBC, result over the picture; rendered, and of a given frame.",
     run,
 };
-
-const METHODS: [(&str, Method, &str); 2] =
-    [("b", Method::Ransac, "RANSAC, distance and normal"), ("c", Method::Varsac, "VARSAC+TEBC")];
 
 fn run(context: &Context) -> Result<Report, InputError> {
     let mut table = Table::new(
@@ -42,53 +43,97 @@ fn run(context: &Context) -> Result<Report, InputError> {
     );
     let mut figures = Vec::new();
     for Shown { prefix, frame, fruit } in frames(context)? {
-        for (letter, method, name) in METHODS {
-            let mut config = fruit.config();
-            if method == Method::Ransac {
-                // The least share of inliers goes with the shell's thickness; few of a noisy fruit's normals agree.
-                config.min_ratio = 0.0;
-            }
-            let options = Options {
-                method,
-                config,
-                regions: RegionSource::Colour(preset(fruit.name())),
-                points: PointOptions::default(),
-                seed: context.seed,
-                region_capacity: REGION_CAPACITY,
-                cloud_capacity: MAX_CAPACITY,
-            };
-            let located = locate_frame(prefix, &frame, &options)?;
+        let ransac = located(prefix, &frame, fruit, Method::Ransac, context.seed)?;
+        let varsac = located(prefix, &frame, fruit, Method::Varsac, context.seed)?;
+        let both = [("b", "RANSAC, distance and normal", &ransac), ("c", "VARSAC+TEBC", &varsac)];
+        let focus = Focus::on(&varsac, f64::from(fruit.config().semi_axis_max));
+        let alone = draw_cloud(&focus.points(&varsac).0, &[], &[], &[]);
+        figures.push(Figure::picture(
+            format!("{prefix}-a"),
+            format!("{prefix}: points around a fruit"),
+            halved(alone),
+        ));
+        for (letter, name, located) in both {
             let claimed = located.labels.iter().filter(|&&label| label != 0).count();
-            let scores = located.targets.iter().map(|target| f64::from(target.score.ratio()));
-            let mean = (!located.targets.is_empty())
-                .then(|| 100.0 * scores.sum::<f64>() / located.targets.len() as f64);
+            let scores: Vec<f64> =
+                located.targets.iter().map(|t| 100.0 * f64::from(t.score.ratio())).collect();
+            let mean = mean_and_deviation(&scores).map(|(mean, _)| mean);
             table.push(row![prefix, name, located.points.len(), located.targets.len(), claimed, mean]);
-            if figures.len() % 4 == 0 {
-                let caption = format!("{prefix}: the points of the regions");
-                figures.push(Figure::picture(format!("{prefix}-a"), caption, halved(cloud_alone(&located))));
-            }
-            let caption = format!("{prefix}: {name}, {} targets, {claimed} points", located.targets.len());
-            let picture = draw_cloud(&points(&located), &located.labels, &overlays(&located), &[name]);
-            figures.push(Figure::picture(format!("{prefix}-{letter}"), caption, halved(picture)));
-            if method == Method::Varsac {
-                let camera = Camera::of(&frame)?;
-                let pixels = camera.view(&frame);
-                let project = |point: [f64; 3]| pixels.project(&Point3::from(point));
-                let viewpoint = Viewpoint::Point(camera.colour_centre_mm());
-                let view = View { viewpoint, project: &project };
-                let picture = draw_overlays(&frame.colour, &overlays(&located), &view, &[name]);
-                let caption = format!("{prefix}: the result over the colour image");
-                figures.push(Figure::picture(format!("{prefix}-d"), caption, halved(picture)));
-            }
+            let (points, labels) = focus.points(located);
+            let picture = draw_cloud(&points, &labels, &focus.overlays(located), &[name]);
+            figures.push(Figure::picture(
+                format!("{prefix}-{letter}"),
+                format!("{prefix}: {name}"),
+                halved(picture),
+            ));
         }
+        let caption =
+            format!("{prefix}: the {} targets of VARSAC+TEBC over the colour image", varsac.targets.len());
+        figures.push(Figure::picture(format!("{prefix}-d"), caption, halved(over_picture(&frame, &varsac)?)));
     }
     Ok(Report { tables: vec![table], figures, ..Report::default() })
 }
 
-fn points(located: &Located) -> Vec<[f32; 3]> {
-    located.points.iter().map(|p| [p.x, p.y, p.z]).collect()
+fn located(
+    name: &str,
+    frame: &Frame,
+    fruit: Fruit,
+    method: Method,
+    seed: u64,
+) -> Result<Located, InputError> {
+    let mut config = fruit.config();
+    if method == Method::Ransac {
+        // The least share of inliers goes with the shell's thickness; few of a noisy fruit's normals agree.
+        config.min_ratio = 0.0;
+    }
+    let options = Options {
+        method,
+        config,
+        regions: RegionSource::Colour(preset(fruit.name())),
+        points: PointOptions::default(),
+        seed,
+        region_capacity: REGION_CAPACITY,
+        cloud_capacity: MAX_CAPACITY,
+    };
+    locate_frame(name, frame, &options)
 }
 
-fn cloud_alone(located: &Located) -> crate::image::ColourImage {
-    draw_cloud(&points(located), &vec![0; located.points.len()], &[], &[])
+/// The part of the space that is shown of a cloud: a whole frame is mostly empty.
+struct Focus {
+    centre: [f64; 3],
+    reach_mm: f64,
+}
+
+impl Focus {
+    /// Around the target with the most points, three times as far as a fruit may reach; everything where there is none.
+    fn on(located: &Located, semi_axis_max_mm: f64) -> Self {
+        let best = located.targets.iter().max_by_key(|target| target.score.inliers);
+        match best.map(|target| EllipsoidF64::from(&target.ellipsoid).centre_mm) {
+            Some(centre) => Self { centre, reach_mm: 3.0 * semi_axis_max_mm },
+            None => Self { centre: [0.0; 3], reach_mm: f64::INFINITY },
+        }
+    }
+
+    fn holds(&self, point: [f64; 3]) -> bool {
+        norm(subtract(point, self.centre)) <= self.reach_mm
+    }
+
+    /// The points that are shown, and their labels.
+    fn points(&self, located: &Located) -> (Vec<[f32; 3]>, Vec<u32>) {
+        let all = located.points.iter().map(|p| [p.x, p.y, p.z]).zip(located.labels.iter().copied());
+        all.filter(|(point, _)| self.holds(point.map(f64::from))).unzip()
+    }
+
+    fn overlays(&self, located: &Located) -> Vec<Overlay> {
+        let all = overlays(located).into_iter();
+        all.filter(|overlay| self.holds(overlay.ellipsoid.centre_mm)).collect()
+    }
+}
+
+fn over_picture(frame: &Frame, located: &Located) -> Result<ColourImage, InputError> {
+    let camera = Camera::of(frame)?;
+    let pixels = camera.view(frame);
+    let project = |point: [f64; 3]| pixels.project(&Point3::from(point));
+    let view = View { viewpoint: Viewpoint::Point(camera.colour_centre_mm()), project: &project };
+    Ok(draw_overlays(&frame.colour, &overlays(located), &view, &[located.method.name()]))
 }
