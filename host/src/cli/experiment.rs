@@ -69,6 +69,7 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<Outcome, InputError> {
         seed: args.seed,
         seeds: args.seeds,
         frame: args.frame.clone(),
+        fruit: args.fruit,
         masks,
         ..Context::default()
     }

@@ -4,9 +4,11 @@
 //! coordinate, and a second table over the deviation), where the random points lie (here in the bounding box enlarged
 //! by a quarter), and the thresholds of its RANSAC (here a distance of 0.2 and a cosine of 0.8).
 
+use varsac_core::Constraint;
+
 use super::{
     Context, Experiment, Report,
-    methods::METHODS,
+    methods::{METHODS, Method, VARSAC},
     simulated::{READINGS, Reading, Summary, WHOLE, cloud, errors, search},
     table::{Cell, Column, Table, row},
 };
@@ -52,7 +54,10 @@ fn run(context: &Context) -> Result<Report, InputError> {
     }
     let mut whole = Vec::new();
     for (place, reading) in READINGS.iter().enumerate() {
-        for method in METHODS.iter().filter(|method| method.samples || place == 0) {
+        // The baseline knows a11 = 1 only.
+        let differs = |method: &&Method| reading.constraint == Constraint::A11 || method.name == VARSAC.name;
+        let asked = |method: &&Method| method.samples || place == 0;
+        for method in METHODS.iter().filter(asked).filter(differs) {
             let summary = summary(context, &seeds, method, reading, SIGMA);
             let shown = if method.samples { reading.name } else { "all points" };
             table.push(cells(shown.into(), method.name, &summary));
@@ -90,13 +95,7 @@ fn columns() -> Vec<Column> {
     ]
 }
 
-fn summary(
-    context: &Context,
-    seeds: &[u64],
-    method: &super::methods::Method,
-    reading: &Reading,
-    sigma: f64,
-) -> Summary {
+fn summary(context: &Context, seeds: &[u64], method: &Method, reading: &Reading, sigma: f64) -> Summary {
     let config = reading.config();
     let runs = context.each(seeds, |&seed| {
         let simulation = cloud(seed, sigma);
@@ -156,8 +155,8 @@ fn findings(summaries: &[(&str, &str, Summary)]) -> Vec<String> {
             rms(&ransac)
         ),
         format!(
-            "Samples of 9 to 12 need more trials than samples of 9, not fewer: {:.0} against {:.0} (paper 133 against 282). \
-             What makes VARSAC+TEBC fast is the score, see Time2.",
+            "Trials, median: {:.0} for VARSAC+TEBC, {:.0} for RANSAC (paper 133 and 282). Samples of 9 to 12 do not stop the \
+             search sooner than samples of 9; what makes VARSAC+TEBC fast is the score, see Time2 and sample-sizes.",
             varsac.trials.unwrap_or(f64::NAN),
             ransac.trials.unwrap_or(f64::NAN)
         ),
