@@ -66,12 +66,13 @@ impl Covariance {
             xz: self.entry(2, 0),
             yz: self.entry(2, 1),
         };
-        libm::sqrtf(crate::jacobi::eigen(&block).values[2])
+        let [_, _, largest] = crate::jacobi::eigen(&block).values;
+        if largest > 0.0 { libm::sqrtf(largest) } else { 0.0 }
     }
 }
 
 /// Covariance from the normal equations at `estimate`, for the axes in the order of `ellipsoid` (the sorted form of the
-/// same body; `order[k]` is the index in the estimate of its k-th semi-axis). `None` when the matrix is singular.
+/// same body; `order[k]` is the index in the estimate of its k-th semi-axis). `None` when the matrix is singular or the result not finite.
 pub(crate) fn covariance(
     normal: &Normal,
     estimate: &Estimate,
@@ -103,7 +104,8 @@ pub(crate) fn covariance(
             }
         }
     }
-    Some(Covariance(congruence(&transform, &body)))
+    let covariance = Covariance(congruence(&transform, &body));
+    covariance.packed().iter().all(|entry| entry.is_finite()).then_some(covariance)
 }
 
 /// `T S T^T`, lower triangle; each entry of `T S` and of the product is summed in ascending order.

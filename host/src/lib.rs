@@ -39,6 +39,7 @@ pub mod locate;
 pub mod outline;
 pub mod picture;
 pub mod ply_out;
+pub mod region_view;
 pub mod report;
 pub mod segment;
 pub mod similarity;
