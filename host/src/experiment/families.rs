@@ -51,7 +51,7 @@ impl Kind {
     pub(super) fn config(&self) -> Config {
         match self {
             Self::Simulation(_) => WHOLE.config(),
-            Self::Views(_) => Config::jujube(),
+            Self::Views(_) => Config::jujube().paper(),
         }
     }
 

@@ -1,5 +1,5 @@
-//! Fig. 10: the points of the segmented fruit, and what RANSAC and VARSAC+TEBC make of them, one colour a fruit; for a
-//! rendered frame and for one that is given with `--frame`.
+//! Fig. 10: the points of the segmented fruit, and what RANSAC, VARSAC+TEBC and the default search make of them, one colour
+//! a fruit; for a rendered frame and for one that is given with `--frame`.
 
 use nalgebra::Point3;
 
@@ -10,14 +10,13 @@ use super::{
     table::{Column, Table, row},
 };
 use crate::{
-    backproject::PointOptions,
     draw::{Overlay, View, Viewpoint, draw_cloud, draw_overlays},
     error::InputError,
     eval::{EllipsoidF64, norm, statistics::mean_and_deviation, subtract},
     frame::Frame,
     fruit::Fruit,
     image::ColourImage,
-    locate::{Camera, Located, MAX_CAPACITY, Method, Options, REGION_CAPACITY, RegionSource, locate_frame},
+    locate::{Camera, Located, Method, Options, RegionSource, locate_frame},
     picture::overlays,
     segment::preset,
 };
@@ -25,7 +24,7 @@ use crate::{
 /// The entry of the registry.
 pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "fig10",
-    purpose: "The search in stages: points, RANSAC, VARSAC+TEBC, result over the picture; rendered, and of a given frame.",
+    purpose: "The search in stages: points, RANSAC, VARSAC+TEBC, default, results over the picture; rendered, and of a given frame.",
     run,
 };
 
@@ -45,7 +44,12 @@ fn run(context: &Context) -> Result<Report, InputError> {
     for Shown { prefix, frame, fruit } in frames(context)? {
         let ransac = located(prefix, &frame, fruit, Method::Ransac, context.seed)?;
         let varsac = located(prefix, &frame, fruit, Method::Varsac, context.seed)?;
-        let both = [("b", "RANSAC, distance and normal", &ransac), ("c", "VARSAC+TEBC", &varsac)];
+        let default = located(prefix, &frame, fruit, Method::Map, context.seed)?;
+        let all = [
+            ("b", "RANSAC, distance and normal", &ransac),
+            ("c", "VARSAC+TEBC", &varsac),
+            ("d", "default search", &default),
+        ];
         let focus = Focus::on(&varsac, f64::from(fruit.config().semi_axis_max));
         let alone = draw_cloud(&focus.points(&varsac).0, &[], &[], &[]);
         figures.push(Figure::picture(
@@ -53,7 +57,7 @@ fn run(context: &Context) -> Result<Report, InputError> {
             format!("{prefix}: points around a fruit"),
             halved(alone),
         ));
-        for (letter, name, located) in both {
+        for (letter, name, located) in all {
             let claimed = located.labels.iter().filter(|&&label| label != 0).count();
             let scores: Vec<f64> =
                 located.targets.iter().map(|t| 100.0 * f64::from(t.score.ratio())).collect();
@@ -67,9 +71,13 @@ fn run(context: &Context) -> Result<Report, InputError> {
                 halved(picture),
             ));
         }
-        let caption =
-            format!("{prefix}: the {} targets of VARSAC+TEBC over the colour image", varsac.targets.len());
-        figures.push(Figure::picture(format!("{prefix}-d"), caption, halved(over_picture(&frame, &varsac)?)));
+        for (letter, name, located) in [("e", "VARSAC+TEBC", &varsac), ("f", "default search", &default)] {
+            let refused = located.targets.iter().filter(|target| target.refusal.is_some()).count();
+            let accepted = located.targets.len() - refused;
+            let caption = format!("{prefix}: {name}, {accepted} targets accepted, {refused} refused");
+            let picture = halved(over_picture(&frame, located)?);
+            figures.push(Figure::picture(format!("{prefix}-{letter}"), caption, picture));
+        }
     }
     Ok(Report { tables: vec![table], figures, ..Report::default() })
 }
@@ -82,19 +90,15 @@ fn located(
     seed: u64,
 ) -> Result<Located, InputError> {
     let mut config = fruit.config();
+    if method != Method::Map {
+        config = config.paper();
+    }
     if method == Method::Ransac {
         // The least share of inliers goes with the shell's thickness; few of a noisy fruit's normals agree.
         config.min_ratio = 0.0;
     }
-    let options = Options {
-        method,
-        config,
-        regions: RegionSource::Colour(preset(fruit.name())),
-        points: PointOptions::default(),
-        seed,
-        region_capacity: REGION_CAPACITY,
-        cloud_capacity: MAX_CAPACITY,
-    };
+    let colour = RegionSource::Colour(preset(fruit.name()));
+    let options = Options { method, ..Options::new(config, colour, seed) };
     locate_frame(name, frame, &options)
 }
 

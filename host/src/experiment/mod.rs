@@ -115,7 +115,7 @@ impl Default for Context {
 impl Context {
     /// Shows progress on standard error, if that is a terminal.
     pub fn with_progress(self) -> Self {
-        let style = ProgressStyle::with_template("{msg:<14} [{bar:40}] {pos}/{len}  {eta} left")
+        let style = ProgressStyle::with_template("{msg:<14} [{bar:40}] {pos}/{len} runs")
             .unwrap_or_else(|_| ProgressStyle::default_bar())
             .progress_chars("=> ");
         Self { progress: ProgressBar::new(0).with_style(style), ..self }
