@@ -21,7 +21,9 @@ use crate::{
         attitude::{AxisOrder, EQUAL_AXES_RATIO, angles_of_axes, axis_error_deg},
         criteria::{Criteria, FruitErrors},
         matching::match_centres,
+        norm,
         statistics::{mean_and_deviation, quantile},
+        subtract,
     },
     fruit::Fruit,
     locate::{Located, Method, Options, RegionSource, locate_frame},
@@ -37,6 +39,8 @@ pub(super) const EXPERIMENT: Experiment = Experiment {
 
 /// Farther centres are false targets, millimetres: the short semi-axis.
 const GATE_MM: f64 = 11.0;
+/// A refused target whose centre is this near to a fruit's was refused wrongly, millimetres.
+const RIGHT_MM: f64 = 5.0;
 /// Fruit of which less can be seen need not be found.
 const LEAST_VISIBLE: f64 = 0.5;
 /// Fruit that fill fewer pixels of the depth image need not be found.
@@ -87,6 +91,7 @@ fn run(context: &Context) -> Result<Report, InputError> {
             none(),
             none(),
             none(),
+            none(),
             score,
             c,
             none(),
@@ -106,8 +111,13 @@ fn run(context: &Context) -> Result<Report, InputError> {
     }
     let ours = contenders.len() - 1;
     let conditions = by_condition(contenders[ours].name, &frames, ours);
+    let refusals = refusals(contenders[ours].name, &all[ours]);
     let findings = findings(&contenders, &all);
-    Ok(Report { findings, tables: vec![table, conditions], figures: vec![figure(&contenders, &frames)] })
+    Ok(Report {
+        findings,
+        tables: vec![table, conditions, refusals],
+        figures: vec![figure(&contenders, &frames)],
+    })
 }
 
 fn columns(first: &'static str) -> Vec<Column> {
@@ -117,6 +127,7 @@ fn columns(first: &'static str) -> Vec<Column> {
         Column::new("recall_percent", "recall %", 1),
         Column::new("false_targets", "false targets a frame", 2),
         Column::new("refused", "refused a frame", 2),
+        Column::new("recall_ungated_percent", "recall with refused %", 1),
         Column::new("score_percent", "score %", 1),
         Column::new("rms_c_mm", "RMS-c mm", 2),
         Column::new("centre_median_mm", "centre, median mm", 2),
@@ -137,7 +148,10 @@ struct Outcome {
     visible: usize,
     found: usize,
     false_targets: usize,
-    refused: usize,
+    /// Of each refused target why, and whether its centre is that of a fruit nevertheless.
+    refused: Vec<(&'static str, bool)>,
+    /// Fruit found when refused targets count.
+    found_ungated: usize,
     errors: Vec<FruitErrors>,
     /// Distances of centres, millimetres, and angles between long axes, degrees.
     centres_mm: Vec<f64>,
@@ -167,12 +181,20 @@ fn judged(located: &Located, tree: &Tree) -> Outcome {
         let fruit = &tree.fruit[k];
         fruit.visible_fraction >= LEAST_VISIBLE && fruit.visible_px >= LEAST_PX
     };
+    let everything: Vec<[f64; 3]> =
+        located.targets.iter().map(|target| EllipsoidF64::from(&target.ellipsoid).centre_mm).collect();
+    let ungated = match_centres(&centres(&truths), &everything, GATE_MM);
+    let refused = located.targets.iter().zip(&everything).filter_map(|(target, &centre)| {
+        let is_right = truths.iter().any(|truth| norm(subtract(truth.centre_mm, centre)) <= RIGHT_MM);
+        target.refusal.map(|refusal| (refusal.code, is_right))
+    });
     let mut outcome = Outcome {
         frames: 1,
         visible: (0..truths.len()).filter(|&k| is_visible(k)).count(),
         found: matching.matches.iter().filter(|pair| is_visible(pair.truth)).count(),
         false_targets: matching.false_detections.len(),
-        refused: located.targets.len() - targets.len(),
+        refused: refused.collect(),
+        found_ungated: ungated.matches.iter().filter(|pair| is_visible(pair.truth)).count(),
         trials: targets.iter().map(|target| f64::from(target.trials)).collect(),
         elapsed_ms: vec![located.elapsed.as_secs_f64() * 1e3],
         ..Outcome::default()
@@ -195,7 +217,8 @@ impl Outcome {
         self.visible += other.visible;
         self.found += other.found;
         self.false_targets += other.false_targets;
-        self.refused += other.refused;
+        self.refused.extend(&other.refused);
+        self.found_ungated += other.found_ungated;
         self.errors.extend(&other.errors);
         self.centres_mm.extend(&other.centres_mm);
         self.axes_deg.extend(&other.axes_deg);
@@ -225,7 +248,8 @@ impl Outcome {
             self.visible,
             self.recall().map(|recall| 100.0 * recall),
             self.false_a_frame(),
-            self.refused as f64 / self.frames.max(1) as f64,
+            self.refused.len() as f64 / self.frames.max(1) as f64,
+            (self.visible > 0).then(|| 100.0 * self.found_ungated as f64 / self.visible as f64),
             criteria.map(|c| 100.0 * c.model_score),
             criteria.map(|c| c.rms_centre_mm),
             median(&self.centres_mm),
@@ -259,6 +283,28 @@ fn by_condition(name: &str, frames: &Frames, k: usize) -> Table {
     for (place, leaves) in LEAVES.iter().enumerate() {
         let outcome = of_frames(frames, k, |conditions| conditions[2] == place);
         table.push(outcome.cells(&format!("{leaves} leaves before fruit")));
+    }
+    table
+}
+
+/// Why targets are refused, in the order of the alphabet.
+fn refusals(name: &str, outcome: &Outcome) -> Table {
+    let mut table = Table::new(
+        format!("{name}: refused targets"),
+        vec![
+            Column::new("reason", "reason", 0),
+            Column::new("targets", "targets", 0),
+            Column::new("right", format!("of them within {RIGHT_MM} mm of a fruit"), 0),
+        ],
+    );
+    let mut counts = std::collections::BTreeMap::new();
+    for &(code, is_right) in &outcome.refused {
+        let (targets, right) = counts.entry(code).or_insert((0_usize, 0_usize));
+        *targets += 1;
+        *right += usize::from(is_right);
+    }
+    for (code, (targets, right)) in counts {
+        table.push(row![code, targets, right]);
     }
     table
 }
