@@ -34,6 +34,14 @@ pub enum RefusalCode {
     SharedVolume,
     /// The normal equations are singular; no value.
     Singular,
+    /// The points are as well uniform clutter: gain in log-likelihood for each point.
+    Clutter,
+    /// Too little of the surface is covered: share of it.
+    Coverage,
+    /// The body is no ellipsoid: share of the squared residuals that depends on where on the surface they are.
+    Shape,
+    /// The centre is too uncertain: its largest standard deviation over the shortest semi-axis.
+    Vague,
 }
 
 /// A failed test: for some codes the value is above the limit, for others below.

@@ -46,6 +46,21 @@ impl Covariance {
         if row >= N { 0.0 } else { self.packed().get(packed(row, column)).copied().unwrap_or(0.0) }
     }
 
+    /// The covariance of the same body in a unit of length `1 / factor` times as long: lengths grow by `factor`, angles do
+    /// not. Row and column of each length are multiplied one after the other.
+    pub(crate) fn scaled(&self, factor: f32) -> Self {
+        let mut result = *self;
+        let by = |index: usize| if index < 6 { factor } else { 1.0 };
+        for i in 0..N {
+            for j in 0..=i {
+                if let Some(entry) = result.0.as_flattened_mut().get_mut(packed(i, j)) {
+                    *entry = (*entry * by(i)) * by(j);
+                }
+            }
+        }
+        result
+    }
+
     /// The full matrix, rows.
     pub fn rows(&self) -> [[f32; N]; N] {
         core::array::from_fn(|i| core::array::from_fn(|j| self.entry(i, j)))

@@ -231,9 +231,13 @@ impl Estimate {
             matrix.add_diagonal(k, ROTATION_INFORMATION);
         }
         let solution = matrix.factor()?.solve(&normal.gradient);
-        let d = solution.map(|x| -x);
-        let smallest = libm::expf(self.ln_axes[2]);
-        let centre = limited([d[0], d[1], d[2]], CENTRE_LIMIT * smallest);
+        self.moved_by(&solution.map(|x| -x), CENTRE_LIMIT * libm::expf(self.ln_axes[2]))
+    }
+
+    /// Moves by a step of the nine parameters, shortened where it is too bold: centre to `centre_limit`, rotation to half a
+    /// radian, sizes to 30 %. `None` when the step is not finite.
+    pub(crate) fn moved_by(&self, d: &[f32; N], centre_limit: f32) -> Option<Self> {
+        let centre = limited([d[0], d[1], d[2]], centre_limit);
         let rotation = limited([d[3], d[4], d[5]], ROTATION_LIMIT);
         let sizes = limited([d[6], d[7], d[8]], SIZE_LIMIT);
         let next = Self {

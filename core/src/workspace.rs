@@ -61,6 +61,11 @@ impl<'a> Scratch<'a> {
         self.order.len().min(self.members.len()).min(self.labels.len()).min(MAX_POINTS)
     }
 
+    /// Declares the first `count` points live.
+    pub fn reset(&mut self, count: usize) {
+        self.labels.iter_mut().take(count).for_each(|label| *label = 0);
+    }
+
     /// Lists the unclaimed points that satisfy `wanted` in `members`, ascending; returns how many. `O(n)`.
     pub(crate) fn list_live(&mut self, cloud: &[Point3], wanted: impl Fn(&Point3) -> bool) -> usize {
         let mut count = 0;

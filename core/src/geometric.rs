@@ -1,0 +1,1 @@
+//! One ellipsoid, all points good.

@@ -1,0 +1,68 @@
+//! What the search without a size prior may be told.
+
+use crate::residual::{Noise, Viewpoint};
+
+/// Configuration of [`super::MixtureSearch`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct MixtureConfig {
+    /// From where the points were seen.
+    pub viewpoint: Viewpoint,
+    /// Noise of the camera, of which only the ratio counts (the size is estimated); of no concern without a viewpoint.
+    pub noise: Noise,
+    /// Points the starts are tried on. 50 to 2000.
+    pub sample: u16,
+    /// Starts from a random point, beside the one from all points. 0 to 60.
+    pub starts: u8,
+    /// Weight of the logarithm of the surface area for each point. 1/2 cancels the bias of noise across a curved surface.
+    pub area_weight: f32,
+    /// Standard deviation of the logarithms of the semi-axes about their mean; infinity: any shape is as good.
+    pub shape_spread: f32,
+    /// Factor on the covariance of the normal equations.
+    pub inflation: f32,
+    /// Limits of acceptance.
+    pub gate: MixtureGate,
+}
+
+/// Limits of the tests; infinity (or zero, for lower limits) switches a test off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct MixtureGate {
+    /// Points on the surface at least.
+    pub min_points: f32,
+    /// Gain over uniform clutter for each point at least, natural logarithm.
+    pub gain: f32,
+    /// Covered part of the surface at least.
+    pub coverage: f32,
+    /// Rms distance from the best plane over that from the surface at least.
+    pub flat: f32,
+    /// Part of the squared residuals that depends on where on the surface they are, at most.
+    pub systematic: f32,
+    /// Largest standard deviation of the centre over the shortest semi-axis, at most.
+    pub uncertain: f32,
+}
+
+impl MixtureConfig {
+    /// Complete surfaces: scanner clouds, measured from all around.
+    pub const SURFACE: Self = Self {
+        viewpoint: Viewpoint::None,
+        noise: Noise { axial_mm: 1.0, lateral_rad: 0.001 },
+        sample: 400,
+        starts: 8,
+        area_weight: 0.5,
+        shape_spread: f32::INFINITY,
+        inflation: 1.2,
+        gate: MixtureGate { min_points: 20.0, gain: 0.25, coverage: 0.65, flat: 1.4, systematic: 0.25, uncertain: 0.3 },
+    };
+
+    /// One view from the origin, unknown fruit.
+    pub const VIEW: Self = Self {
+        viewpoint: Viewpoint::Origin,
+        area_weight: 0.15,
+        shape_spread: 1.0,
+        gate: MixtureGate { coverage: 0.0, ..Self::SURFACE.gate },
+        ..Self::SURFACE
+    };
+}

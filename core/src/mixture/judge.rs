@@ -1,0 +1,176 @@
+//! Is it an ellipsoid at all? What the points say of a fitted surface, and the tests of acceptance.
+//!
+//! * *Gain*: how much better the points are explained than as uniform clutter, for each point.
+//! * *Coverage*: of points uniform by area, weighed with `1 / |g|`, the unit-sphere coordinates are uniform over the sphere:
+//!   mean 0, second moments `I / 3`. Of a cap that covers the part `f` of the sphere the mean has the length `1 - f`; of
+//!   a band `|z| < f` about the middle `<z^2> = f^2 / 3`. The smaller `f` is the coverage: half a surface shows at the
+//!   first, a pipe without ends at the second.
+//! * *Flat*: a plane is explained by a thin ellipsoid, but nearly as well by a plane.
+//! * *Systematic*: the residuals of a box or a cylinder depend on where on the surface they are. The sphere is cut into 54
+//!   cells, 3x3 on each face of the cube; the variance of the cells' means, less what chance gives them, over the variance
+//!   of all.
+
+use crate::{
+    Point3,
+    jacobi::{Symmetric3, eigen},
+    mixture::{MixtureGate, frame::Frame, shell::{Distance, Shell, contact}},
+    point::at,
+    residual::dot,
+};
+use crate::accept::{Refusal, RefusalCode};
+
+/// What the tests look at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct MixtureFindings {
+    /// Points on the surface (sum of probabilities).
+    pub members: f32,
+    /// Gain over uniform clutter for each point, natural logarithm.
+    pub gain: f32,
+    /// Covered part of the surface.
+    pub coverage: f32,
+    /// Rms distance from the best plane over that from the surface.
+    pub flat: f32,
+    /// Part of the squared residuals that depends on where on the surface they are.
+    pub systematic: f32,
+    /// Largest standard deviation of the centre over the shortest semi-axis.
+    pub uncertain: f32,
+}
+
+impl MixtureGate {
+    /// The first test that fails.
+    pub fn refusal(&self, f: &MixtureFindings) -> Option<Refusal> {
+        let above = |code, value: f32, limit: f32| (!(value <= limit)).then_some(Refusal { code, value, limit });
+        let below = |code, value: f32, limit: f32| (!(value >= limit)).then_some(Refusal { code, value, limit });
+        below(RefusalCode::FewPoints, f.members, self.min_points)
+            .or_else(|| below(RefusalCode::Clutter, f.gain, self.gain))
+            .or_else(|| below(RefusalCode::Flat, f.flat, self.flat))
+            .or_else(|| below(RefusalCode::Coverage, f.coverage, self.coverage))
+            .or_else(|| above(RefusalCode::Shape, f.systematic, self.systematic))
+            .or_else(|| above(RefusalCode::Vague, f.uncertain, self.uncertain))
+    }
+}
+
+const CELLS: usize = 54;
+/// Parameters of the surface: so many directions of the residuals are fitted away.
+const FITTED: f32 = 9.0;
+/// `d^2 / sigma^2` up to which a point counts.
+const NEAR: f32 = 16.0;
+
+/// Cell of a direction: face of the cube by the largest component, then thirds of the two others.
+fn cell(u: [f32; 3]) -> usize {
+    let [x, y, z] = u.map(libm::fabsf);
+    let (face, main, p, q) = if x >= y && x >= z {
+        (0, u[0], u[1], u[2])
+    } else if y >= z {
+        (1, u[1], u[2], u[0])
+    } else {
+        (2, u[2], u[0], u[1])
+    };
+    let third = |v: f32| {
+        let size = 3.0 * libm::fabsf(v);
+        if size < libm::fabsf(main) {
+            1
+        } else if v < 0.0 {
+            0
+        } else {
+            2
+        }
+    };
+    ((2 * face + usize::from(main < 0.0)) * 3 + third(p)) * 3 + third(q)
+}
+
+/// Looks at all listed points; `uncertain` is left for the covariance to say.
+pub(crate) fn findings(shell: &Shell, cloud: &[Point3], list: &[u16], frame: &Frame, distance: Distance, odds: f32) -> MixtureFindings {
+    let model = shell.model(distance);
+    let centre = shell.estimate.centre;
+    let (mut members, mut gain, mut model_sum) = (0.0_f32, 0.0_f32, 0.0_f32);
+    let (mut area, mut first, mut second) = (0.0_f32, [0.0_f32; 3], Symmetric3::default());
+    let (mut sum, mut square) = ([0.0_f32; 3], Symmetric3::default());
+    let (mut counts, mut means) = ([0.0_f32; CELLS], [0.0_f32; CELLS]);
+    for &index in list {
+        let p = frame.local(&at(cloud, index));
+        let contact = contact(&model, &p, distance);
+        let f2 = contact.square();
+        if !(f2 < NEAR) {
+            continue;
+        }
+        let k = odds * libm::expf(-0.5 * f2);
+        let r = k / (1.0 + k);
+        gain += libm::log1pf(k);
+        members += r;
+        model_sum += r * ((contact.value * contact.value) / model.gradient_squared(contact.u));
+        let u = contact.u;
+        let share = r / libm::sqrtf(model.gradient_squared(u));
+        area += share;
+        add_moments(&mut first, &mut second, u, share);
+        add_moments(&mut sum, &mut square, [p.x - centre[0], p.y - centre[1], p.z - centre[2]], r);
+        let slot = cell(u);
+        if let (Some(count), Some(mean)) = (counts.get_mut(slot), means.get_mut(slot)) {
+            *count += r;
+            let f = libm::sqrtf(f2);
+            *mean += r * if contact.value < 0.0 { -f } else { f };
+        }
+    }
+    let gain = gain / list.len() as f32 + libm::log1pf(-shell.share);
+    let plane = scatter(members, sum, &square);
+    let ratio = eigen(&plane).values[0] / (model_sum / members);
+    MixtureFindings {
+        members,
+        gain,
+        coverage: coverage(area, first, &second),
+        flat: if ratio > 0.0 { libm::sqrtf(ratio) } else { 0.0 },
+        systematic: systematic(&counts, &means, members, model_sum / (shell.sigma * shell.sigma)),
+        uncertain: 0.0,
+    }
+}
+
+#[inline(always)]
+fn add_moments(first: &mut [f32; 3], second: &mut Symmetric3, v: [f32; 3], weight: f32) {
+    let [x, y, z] = v;
+    let (wx, wy, wz) = (weight * x, weight * y, weight * z);
+    first[0] += wx;
+    first[1] += wy;
+    first[2] += wz;
+    second.xx += wx * x;
+    second.yy += wy * y;
+    second.zz += wz * z;
+    second.xy += wx * y;
+    second.xz += wx * z;
+    second.yz += wy * z;
+}
+
+/// Covariance from sums.
+fn scatter(n: f32, sum: [f32; 3], square: &Symmetric3) -> Symmetric3 {
+    let [x, y, z] = sum.map(|s| s / n);
+    Symmetric3 {
+        xx: square.xx / n - x * x,
+        yy: square.yy / n - y * y,
+        zz: square.zz / n - z * z,
+        xy: square.xy / n - x * y,
+        xz: square.xz / n - x * z,
+        yz: square.yz / n - y * z,
+    }
+}
+
+fn coverage(area: f32, first: [f32; 3], second: &Symmetric3) -> f32 {
+    let mean = first.map(|s| s / area);
+    let cap = 1.0 - libm::sqrtf(dot(mean, mean));
+    let smallest = 3.0 * (eigen(second).values[0] / area);
+    let band = if smallest > 0.0 { libm::sqrtf(smallest) } else { 0.0 };
+    if cap < band { cap } else { band }
+}
+
+/// `squares` is the sum of `r f^2`.
+fn systematic(counts: &[f32; CELLS], means: &[f32; CELLS], members: f32, squares: f32) -> f32 {
+    let (mut between, mut occupied) = (0.0_f32, 0.0_f32);
+    for (&count, &mean) in counts.iter().zip(means) {
+        if count > 1.0 {
+            between += (mean * mean) / count;
+            occupied += 1.0;
+        }
+    }
+    let chance = if occupied > FITTED { occupied - FITTED } else { 0.0 };
+    (between - chance * (squares / members)) / squares
+}
