@@ -54,6 +54,10 @@ const BLOB_SHARE: (f32, f32) = (0.5, 0.8);
 /// Steps in which the scale of the noise is made to fall, and free steps after them.
 const ANNEALED_STEPS: u8 = 16;
 const FREE_STEPS: u8 = 6;
+/// Step at which a start that is where another one has been is given up: it would end there too.
+const WAYPOINT: u8 = 8;
+/// Most starts.
+pub const MAX_STARTS: usize = 16;
 /// First scale over the geometric mean of (geometric mean, smallest semi-axis).
 const FIRST_SCALE: f32 = 0.35;
 /// The scale falls at least by this factor a step.
@@ -132,6 +136,8 @@ pub struct MixtureSearch {
     live: usize,
     sample: usize,
     kept: Vec<Candidate, KEPT>,
+    /// Where the starts were at [`WAYPOINT`].
+    passed: Vec<Estimate, MAX_STARTS>,
 }
 
 impl Default for MixtureSearch {
@@ -143,7 +149,7 @@ impl Default for MixtureSearch {
 impl MixtureSearch {
     /// At the beginning.
     pub fn new() -> Self {
-        Self { stage: Stage::Frame, frame: None, distance: Distance::Radial, live: 0, sample: 0, kept: Vec::new() }
+        Self { stage: Stage::Frame, frame: None, distance: Distance::Radial, live: 0, sample: 0, kept: Vec::new(), passed: Vec::new() }
     }
 
     /// One bounded piece of work on the live points of the cloud.
@@ -248,6 +254,14 @@ impl MixtureSearch {
             self.next_start(config, start, cloud, scratch, frame);
             return;
         }
+        if steps == WAYPOINT {
+            if self.passed.iter().any(|other| is_same(other, &shell.estimate, 0.25)) {
+                self.next_start(config, start, cloud, scratch, frame);
+                return;
+            }
+            // A full list only gives up fewer.
+            let _ = self.passed.push(shell.estimate);
+        }
         let annealed = steps < ANNEALED_STEPS;
         let area = if annealed { area } else { ln_area(&shell.estimate.ln_axes).value };
         let pass = shell.pass(cloud, list, frame, self.distance, area);
@@ -264,7 +278,7 @@ impl MixtureSearch {
         if !new.gain.is_finite() {
             return;
         }
-        let same = |old: &Candidate| is_same(&old.shell.estimate, &new.shell.estimate);
+        let same = |old: &Candidate| is_same(&old.shell.estimate, &new.shell.estimate, 0.1);
         if let Some(position) = self.kept.iter().position(same) {
             if self.kept.get(position).is_none_or(|old| old.gain >= new.gain) {
                 return;
@@ -441,14 +455,14 @@ fn push_back(estimate: &mut Estimate) {
     estimate.centre = c.map(|x| x * factor);
 }
 
-/// Two estimates of one body: centres within a tenth of the smaller semi-axis, sizes within 10 %.
-fn is_same(a: &Estimate, b: &Estimate) -> bool {
+/// Two estimates of one body: centres within this part of the smallest semi-axis, and the product of the semi-axes.
+fn is_same(a: &Estimate, b: &Estimate, part: f32) -> bool {
     let d = [a.centre[0] - b.centre[0], a.centre[1] - b.centre[1], a.centre[2] - b.centre[2]];
     let apart = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
     let smallest = |e: &Estimate| libm::expf(-largest(&e.ln_axes.map(|x| -x)));
-    let near = 0.1 * smallest(a);
+    let near = part * smallest(a);
     let size = |e: &Estimate| e.ln_axes[0] + e.ln_axes[1] + e.ln_axes[2];
-    apart < near * near && libm::fabsf(size(a) - size(b)) < 0.1
+    apart < near * near && libm::fabsf(size(a) - size(b)) < part
 }
 
 fn mean(cloud: &[Point3], list: &[u16], frame: &Frame) -> [f32; 3] {
