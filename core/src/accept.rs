@@ -38,7 +38,8 @@ pub enum RefusalCode {
     Clutter,
     /// Too little of the surface is covered: share of it.
     Coverage,
-    /// The body is no ellipsoid: share of the squared residuals that depends on where on the surface they are.
+    /// The body is no ellipsoid: rms of the residuals that depends on where on the surface they are, over the shortest
+    /// semi-axis.
     Shape,
     /// The centre is too uncertain: its largest standard deviation over the shortest semi-axis.
     Vague,

@@ -213,6 +213,16 @@ impl RayModel {
         Contact { u, e: w, miss_squared: dot(w, w), value: t * gradient_squared, variance, gap_mm: 0.0 }
     }
 
+    /// Mean curvature over `|g|` at `u`: 1 on a sphere, and 1 on average over the area of any ellipsoid. With `k` one over
+    /// the squares of the semi-axes, `G = sum u_i^2 k_i = |g|^2` and `Q = sum u_i^2 k_i^2` it is `(sum k_i - Q / G) / 2 G`.
+    #[inline]
+    pub(crate) fn bend(&self, u: [f32; 3]) -> f32 {
+        let k = self.inverse_axes.map(|inverse| inverse * inverse);
+        let v = [u[0] * k[0], u[1] * k[1], u[2] * k[2]];
+        let g = dot(u, v);
+        0.5 * (((k[0] + k[1] + k[2]) - dot(v, v) / g) / g)
+    }
+
     /// The contact on the line from the centre: there is no ray.
     fn radial(&self, w: [f32; 3]) -> Contact {
         let miss_squared = dot(w, w);

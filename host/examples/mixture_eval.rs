@@ -78,7 +78,7 @@ fn report(name: &str, rows: &[Row], verbose: bool) {
         print!(" {name} {:.3}/{:.3}/{:.3}/{:.3}/{:.3}", q(&mut v, 0.01), q(&mut v, 0.1), q(&mut v, 0.5), q(&mut v, 0.9), q(&mut v, 0.99));
     };
     print!("     ");
-    show("gain", &|f| f.gain); show("cov", &|f| f.coverage); show("flat", &|f| f.flat); show("sys", &|f| f.systematic); show("unc", &|f| f.uncertain);
+    show("gain", &|f| f.gain); show("cov", &|f| f.coverage); show("flat", &|f| f.flat); show("misfit", &|f| f.misfit); show("unc", &|f| f.uncertain);
     println!();
 }
 
@@ -90,7 +90,7 @@ fn main() {
         let Some((k, v)) = arg.split_once('=') else { names.push(arg); continue };
         match k { "n" => n = v.parse().unwrap(), "base" => base = v.parse().unwrap(), "v" => verbose = true,
             "starts" => config.starts = v.parse().unwrap(), "sample" => config.sample = v.parse().unwrap(),
-            "aw" => config.area_weight = v.parse().unwrap(), "inf" => config.inflation = v.parse().unwrap(), "scale" => scale = v.parse().unwrap(), _ => panic!("{k}") }
+            "aw" => config.area_weight = v.parse().unwrap(), "inft" => config.inflation_thin = v.parse().unwrap(), "inf" => config.inflation = v.parse().unwrap(), "scale" => scale = v.parse().unwrap(), _ => panic!("{k}") }
     }
     let wanted = |name: &str| names.is_empty() || names.iter().any(|x| name.starts_with(x.as_str()));
     let half = SurfaceFamily { coverage: (0.5, 0.5), outliers: (0.0, 0.3), aspect: (1.0, 4.0), ..SURFACE };

@@ -21,6 +21,8 @@ pub struct MixtureConfig {
     pub shape_spread: f32,
     /// Factor on the covariance of the normal equations.
     pub inflation: f32,
+    /// Added to it, times the square of the noise over the shortest semi-axis.
+    pub inflation_thin: f32,
     /// Limits of acceptance.
     pub gate: MixtureGate,
 }
@@ -38,8 +40,8 @@ pub struct MixtureGate {
     pub coverage: f32,
     /// Rms distance from the best plane over that from the surface at least.
     pub flat: f32,
-    /// Part of the squared residuals that depends on where on the surface they are, at most.
-    pub systematic: f32,
+    /// Rms of the residuals that depends on where on the surface they are, over the shortest semi-axis, at most.
+    pub misfit: f32,
     /// Largest standard deviation of the centre over the shortest semi-axis, at most.
     pub uncertain: f32,
 }
@@ -53,8 +55,9 @@ impl MixtureConfig {
         starts: 8,
         area_weight: 0.5,
         shape_spread: f32::INFINITY,
-        inflation: 1.2,
-        gate: MixtureGate { min_points: 20.0, gain: 0.25, coverage: 0.65, flat: 1.4, systematic: 0.25, uncertain: 0.3 },
+        inflation: 1.1,
+        inflation_thin: 2.0,
+        gate: MixtureGate { min_points: 20.0, gain: 0.1, coverage: 0.7, flat: 1.75, misfit: 0.05, uncertain: 0.3 },
     };
 
     /// One view from the origin, unknown fruit.

@@ -6,9 +6,9 @@
 //!   a band `|z| < f` about the middle `<z^2> = f^2 / 3`. The smaller `f` is the coverage: half a surface shows at the
 //!   first, a pipe without ends at the second.
 //! * *Flat*: a plane is explained by a thin ellipsoid, but nearly as well by a plane.
-//! * *Systematic*: the residuals of a box or a cylinder depend on where on the surface they are. The sphere is cut into 54
-//!   cells, 3x3 on each face of the cube; the variance of the cells' means, less what chance gives them, over the variance
-//!   of all.
+//! * *Misfit*: the residuals of a box or a cylinder depend on where on the surface they are. The sphere is cut into 54
+//!   cells, 3x3 on each face of the cube; the rms of the cells' means, less what chance gives them, over the shortest
+//!   semi-axis.
 
 use crate::{
     Point3,
@@ -32,8 +32,8 @@ pub struct MixtureFindings {
     pub coverage: f32,
     /// Rms distance from the best plane over that from the surface.
     pub flat: f32,
-    /// Part of the squared residuals that depends on where on the surface they are.
-    pub systematic: f32,
+    /// Rms of the residuals that depends on where on the surface they are, over the shortest semi-axis.
+    pub misfit: f32,
     /// Largest standard deviation of the centre over the shortest semi-axis.
     pub uncertain: f32,
 }
@@ -47,11 +47,13 @@ impl MixtureGate {
             .or_else(|| below(RefusalCode::Clutter, f.gain, self.gain))
             .or_else(|| below(RefusalCode::Flat, f.flat, self.flat))
             .or_else(|| below(RefusalCode::Coverage, f.coverage, self.coverage))
-            .or_else(|| above(RefusalCode::Shape, f.systematic, self.systematic))
+            .or_else(|| above(RefusalCode::Shape, f.misfit, self.misfit))
             .or_else(|| above(RefusalCode::Vague, f.uncertain, self.uncertain))
     }
 }
 
+/// Half of the eleven parameters: each costs half the logarithm of the number of points (Schwarz 1978).
+const PRICE: f32 = 5.5;
 const CELLS: usize = 54;
 /// Parameters of the surface: so many directions of the residuals are fitted away.
 const FITTED: f32 = 9.0;
@@ -85,6 +87,7 @@ fn cell(u: [f32; 3]) -> usize {
 pub(crate) fn findings(shell: &Shell, cloud: &[Point3], list: &[u16], frame: &Frame, distance: Distance, odds: f32) -> MixtureFindings {
     let model = shell.model(distance);
     let centre = shell.estimate.centre;
+    let short = libm::expf(-super::largest(&shell.estimate.ln_axes.map(|x| -x)));
     let (mut members, mut gain, mut model_sum) = (0.0_f32, 0.0_f32, 0.0_f32);
     let (mut area, mut first, mut second) = (0.0_f32, [0.0_f32; 3], Symmetric3::default());
     let (mut sum, mut square) = ([0.0_f32; 3], Symmetric3::default());
@@ -113,7 +116,8 @@ pub(crate) fn findings(shell: &Shell, cloud: &[Point3], list: &[u16], frame: &Fr
             *mean += r * if contact.value < 0.0 { -f } else { f };
         }
     }
-    let gain = gain / list.len() as f32 + libm::log1pf(-shell.share);
+    let count = list.len() as f32;
+    let gain = (gain - PRICE * libm::logf(count)) / count + libm::log1pf(-shell.share);
     let plane = scatter(members, sum, &square);
     let ratio = eigen(&plane).values[0] / (model_sum / members);
     MixtureFindings {
@@ -121,7 +125,7 @@ pub(crate) fn findings(shell: &Shell, cloud: &[Point3], list: &[u16], frame: &Fr
         gain,
         coverage: coverage(area, first, &second),
         flat: if ratio > 0.0 { libm::sqrtf(ratio) } else { 0.0 },
-        systematic: systematic(&counts, &means, members, model_sum / (shell.sigma * shell.sigma)),
+        misfit: misfit(&counts, &means, members, model_sum / (shell.sigma * shell.sigma)) * (shell.sigma / short),
         uncertain: 0.0,
     }
 }
@@ -162,8 +166,8 @@ fn coverage(area: f32, first: [f32; 3], second: &Symmetric3) -> f32 {
     if cap < band { cap } else { band }
 }
 
-/// `squares` is the sum of `r f^2`.
-fn systematic(counts: &[f32; CELLS], means: &[f32; CELLS], members: f32, squares: f32) -> f32 {
+/// Root of the variance of the cells' means beyond what chance gives them, in units of sigma; `squares` is the sum of `r f^2`.
+fn misfit(counts: &[f32; CELLS], means: &[f32; CELLS], members: f32, squares: f32) -> f32 {
     let (mut between, mut occupied) = (0.0_f32, 0.0_f32);
     for (&count, &mean) in counts.iter().zip(means) {
         if count > 1.0 {
@@ -171,6 +175,9 @@ fn systematic(counts: &[f32; CELLS], means: &[f32; CELLS], members: f32, squares
             occupied += 1.0;
         }
     }
-    let chance = if occupied > FITTED { occupied - FITTED } else { 0.0 };
-    (between - chance * (squares / members)) / squares
+    // Chi-squared: mean and three standard deviations.
+    let freedom = if occupied > FITTED { occupied - FITTED } else { 0.0 };
+    let chance = (freedom + 3.0 * libm::sqrtf(2.0 * freedom)) * (squares / members);
+    let square = (between - chance) / members;
+    if square > 0.0 { libm::sqrtf(square) } else { 0.0 }
 }

@@ -347,15 +347,19 @@ impl MixtureSearch {
                 self.stage = Stage::Final { shell, steps: steps + 1 };
                 MixtureProgress::Working
             }
-            _ => MixtureProgress::Found(self.solution(config, cloud, list, frame, shell, &normal)),
+            _ => MixtureProgress::Found(self.solution(config, cloud, list, frame, shell)),
         }
     }
 
-    fn solution(&self, config: &MixtureConfig, cloud: &[Point3], list: &[u16], frame: &Frame, shell: &Shell, normal: &Normal) -> MixtureSolution {
+    fn solution(&self, config: &MixtureConfig, cloud: &[Point3], list: &[u16], frame: &Frame, shell: &Shell) -> MixtureSolution {
         let (local, order) = shell.estimate.sorted();
-        let odds = shell.odds(frame.volume, ln_area(&shell.estimate.ln_axes).value);
+        let area = ln_area(&shell.estimate.ln_axes).value;
+        let odds = shell.odds(frame.volume, area);
         let mut findings = findings(shell, cloud, list, frame, self.distance, odds);
-        let covariance = covariance(normal, &shell.estimate, &local, order, config.inflation);
+        let information = shell.information(cloud, list, frame, self.distance, area);
+        let thickness = shell.sigma / local.semi_axes[2];
+        let inflation = config.inflation + config.inflation_thin * (thickness * thickness);
+        let covariance = covariance(&information, &shell.estimate, &local, order, inflation);
         let sigma = covariance.map_or(f32::INFINITY, |c| c.sigma_centre_max_mm());
         findings.uncertain = sigma / local.semi_axes[2];
         MixtureSolution {

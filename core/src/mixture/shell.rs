@@ -45,10 +45,14 @@ pub(crate) struct Pass {
     pub(crate) members: f32,
     /// Sum of `r d^2 / sigma^2`.
     pub(crate) squares: f32,
+    /// Sum of `r B phi`, `B` the curvature of [`RayModel::bend`], at most [`BEND`]; orthogonal distances only.
+    bend: [f32; 6],
 }
 
 /// `d^2 / sigma^2` beyond which a point is not the surface's: `e^-20`.
 const FAR: f32 = 40.0;
+/// At the tips of a long body the curvature is too large for a correction to first order: it counts as that of a sphere.
+const BEND: f32 = 1.0;
 /// `ln sqrt(2 pi)`.
 const LN_SQRT_2_PI: f32 = 0.918_938_5;
 
@@ -73,7 +77,7 @@ impl Shell {
     pub(crate) fn pass(&self, cloud: &[Point3], list: &[u16], frame: &Frame, distance: Distance, ln_area: f32) -> Pass {
         let model = self.model(distance);
         let odds = self.odds(frame.volume, ln_area);
-        let mut pass = Pass { moments: Moments::ZERO, constants: model.constants(), members: 0.0, squares: 0.0 };
+        let mut pass = Pass { moments: Moments::ZERO, constants: model.constants(), members: 0.0, squares: 0.0, bend: [0.0; 6] };
         for &index in list {
             let contact = contact(&model, &frame.local(&at(cloud, index)), distance);
             let square = contact.square();
@@ -83,10 +87,37 @@ impl Shell {
             let k = odds * libm::expf(-0.5 * square);
             let r = k / (1.0 + k);
             pass.moments.add(contact.u, contact.value, r / contact.variance);
+            if distance == Distance::Orthogonal {
+                let bend = model.bend(contact.u);
+                let share = r * if bend < BEND { bend } else { BEND };
+                let [x, y, z] = contact.u;
+                for (sum, phi) in pass.bend.iter_mut().zip([x, y, z, y * z, z * x, x * y]) {
+                    *sum += share * phi;
+                }
+            }
             pass.members += r;
             pass.squares += r * square;
         }
         pass
+    }
+
+    /// The information of the listed points, the negative second derivative of the log-likelihood: a point that may or may
+    /// not be the surface's says less than its `r`, by the factor `1 - (1 - r) d^2 / sigma^2`.
+    pub(crate) fn information(&self, cloud: &[Point3], list: &[u16], frame: &Frame, distance: Distance, ln_area: f32) -> Normal {
+        let model = self.model(distance);
+        let odds = self.odds(frame.volume, ln_area);
+        let mut moments = Moments::ZERO;
+        for &index in list {
+            let contact = contact(&model, &frame.local(&at(cloud, index)), distance);
+            let square = contact.square();
+            if !(square < FAR) {
+                continue;
+            }
+            let k = odds * libm::expf(-0.5 * square);
+            let r = k / (1.0 + k);
+            moments.add(contact.u, contact.value, (r * (1.0 - (1.0 - r) * square)) / contact.variance);
+        }
+        Normal::new(&moments, &model.constants())
     }
 
     /// Gain over uniform clutter, natural logarithm, of all listed points together.
@@ -114,9 +145,17 @@ pub(crate) fn contact(model: &RayModel, p: &Point3, distance: Distance) -> Conta
 }
 
 impl Pass {
-    /// The normal equations, with `weight` of the logarithm of the area for each member: `+ weight sum(r) ln A`.
+    /// The normal equations with the correction for the bias of noise across a curved surface.
+    ///
+    /// Noise in all directions leaves points outside a curved surface by `sigma^2 H` on average, `H` its mean curvature. Over
+    /// a whole surface that is `+ 1/2 sum(r) ln A` on the cost, which bears on the semi-axes only and is well behaved for
+    /// the thinnest body; where the points cover a part of the surface the centre and the attitude feel it too, through the
+    /// curvature at each point. `weight` is 1/2, or less for less.
     pub(crate) fn normal(&self, estimate: &Estimate, weight: f32) -> Normal {
         let mut normal = Normal::new(&self.moments, &self.constants);
+        for ((slot, constant), sum) in normal.gradient.iter_mut().zip(self.constants).zip(self.bend) {
+            *slot -= (2.0 * weight) * (constant * sum);
+        }
         let scale = weight * self.members;
         for (slot, slope) in normal.gradient.iter_mut().skip(6).zip(ln_area(&estimate.ln_axes).slopes) {
             *slot += scale * slope;
