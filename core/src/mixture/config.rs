@@ -57,7 +57,7 @@ impl MixtureConfig {
         shape_spread: f32::INFINITY,
         inflation: 1.1,
         inflation_thin: 2.0,
-        gate: MixtureGate { min_points: 20.0, gain: 0.1, coverage: 0.7, flat: 1.75, misfit: 0.05, uncertain: 0.3 },
+        gate: MixtureGate { min_points: 20.0, gain: 0.1, coverage: 0.7, flat: 1.75, misfit: 0.025, uncertain: 0.3 },
     };
 
     /// One view from the origin, unknown fruit.

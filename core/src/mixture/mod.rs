@@ -64,6 +64,8 @@ const FIRST_SCALE: f32 = 0.35;
 const COOLING: f32 = 0.8;
 /// Smallest scale of the starts, and of the final steps; local units.
 const SMALLEST_SCALE: (f32, f32) = (0.002, 0.0001);
+/// Largest scale over the smallest semi-axis: a shell as thick as its body is a blob.
+const THICKEST: f32 = 0.7;
 /// Limits of the share of the surface.
 const SHARE: (f32, f32) = (0.02, 0.99);
 /// Limits of the semi-axes, local units, as logarithms of .01 and 6, and of their ratio, 30.
@@ -413,10 +415,12 @@ fn moved(shell: &Shell, normal: &Normal, pass: &Pass, count: usize, scale_limit:
     for k in 0..N {
         promise -= step[k] * normal.gradient[k];
     }
-    let largest = libm::expf(largest(&shell.estimate.ln_axes));
-    let mut estimate = shell.estimate.moved_by(&step, 0.5 * largest)?;
+    let longest = libm::expf(largest(&shell.estimate.ln_axes));
+    let mut estimate = shell.estimate.moved_by(&step, 0.5 * longest)?;
     hold(&mut estimate);
     let estimated = shell.sigma * libm::sqrtf(pass.squares / pass.members);
+    let thickest = THICKEST * libm::expf(-self::largest(&estimate.ln_axes.map(|x| -x)));
+    let scale_limit = if thickest < scale_limit { thickest } else { scale_limit };
     let sigma = if estimated < scale_limit { estimated } else { scale_limit };
     let sigma = if sigma > smallest { sigma } else { smallest };
     let share = within(pass.members / count as f32, SHARE);
