@@ -85,12 +85,12 @@ fn report(name: &str, rows: &[Row], verbose: bool) {
 fn main() {
     let mut n = 400_u64; let mut base = 0_u64; let mut verbose = false; let mut names: Vec<String> = vec![];
     let mut config = MixtureConfig::SURFACE;
-    let mut scale = 1.0_f32;
+    let mut scale = 1.0_f32; let mut repeat = 1;
     for arg in std::env::args().skip(1) {
         let Some((k, v)) = arg.split_once('=') else { names.push(arg); continue };
         match k { "n" => n = v.parse().unwrap(), "base" => base = v.parse().unwrap(), "v" => verbose = true,
             "starts" => config.starts = v.parse().unwrap(), "sample" => config.sample = v.parse().unwrap(),
-            "aw" => config.area_weight = v.parse().unwrap(), "inft" => config.inflation_thin = v.parse().unwrap(), "inf" => config.inflation = v.parse().unwrap(), "scale" => scale = v.parse().unwrap(), _ => panic!("{k}") }
+            "aw" => config.area_weight = v.parse().unwrap(), "inft" => config.inflation_thin = v.parse().unwrap(), "inf" => config.inflation = v.parse().unwrap(), "repeat" => repeat = v.parse().unwrap(), "scale" => scale = v.parse().unwrap(), _ => panic!("{k}") }
     }
     let wanted = |name: &str| names.is_empty() || names.iter().any(|x| name.starts_with(x.as_str()));
     let half = SurfaceFamily { coverage: (0.5, 0.5), outliers: (0.0, 0.3), aspect: (1.0, 4.0), ..SURFACE };
@@ -112,7 +112,8 @@ fn main() {
             for p in &mut cloud.points { *p *= scale; }
             let clock = cpu_ns();
             let mut found = search(&cloud.points, &config, seed, w);
-            let us = (cpu_ns() - clock) * 1e-3;
+            for _ in 1..repeat { found = search(&cloud.points, &config, seed, w); }
+            let us = (cpu_ns() - clock) * 1e-3 / f64::from(repeat);
             if let Ok(s) = &mut found { s.ellipsoid.centre /= scale; s.ellipsoid.semi_axes = s.ellipsoid.semi_axes.map(|a| a / scale); s.covariance = s.covariance.filter(|_| scale == 1.0); }
             judge(seed, &cloud.truth, found, us, format!("noise {:.2} out {:.2} axes {:.1?}", cloud.sigma, cloud.outliers, cloud.truth.semi_axes_mm))
         }).collect();

@@ -52,7 +52,7 @@ impl MixtureConfig {
         viewpoint: Viewpoint::None,
         noise: Noise { axial_mm: 1.0, lateral_rad: 0.001 },
         sample: 400,
-        starts: 8,
+        starts: 10,
         area_weight: 0.5,
         shape_spread: f32::INFINITY,
         inflation: 1.1,

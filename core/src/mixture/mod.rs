@@ -46,9 +46,10 @@ use crate::{
 };
 
 /// Steps of the blob made from all points, and of the others.
-const BLOB_STEPS: (u8, u8) = (20, 5);
-/// Deviation of a blob about a random point, local units.
-const BLOB_DEVIATION: f32 = 0.4;
+const BLOB_STEPS: (u8, u8) = (20, 3);
+/// Deviations of the blobs about random points, local units, in turns: a small one finds a body beside a dense neighbour, a
+/// large one a body of which few points are left.
+const BLOB_DEVIATIONS: [f32; 2] = [0.2, 0.4];
 /// Shares the blobs start with.
 const BLOB_SHARE: (f32, f32) = (0.5, 0.8);
 /// Steps in which the scale of the noise is made to fall, and free steps after them.
@@ -208,7 +209,8 @@ impl MixtureSearch {
             Blob::round(&Point3::new(x, y, z), 1.0, BLOB_SHARE.0)
         } else {
             let index = scratch.order.get(usize::from(start) - 1).copied().unwrap_or(0);
-            Blob::round(&frame.local(&at(cloud, index)), BLOB_DEVIATION, BLOB_SHARE.1)
+            let deviation = BLOB_DEVIATIONS[usize::from(start) % BLOB_DEVIATIONS.len()];
+            Blob::round(&frame.local(&at(cloud, index)), deviation, BLOB_SHARE.1)
         };
         self.stage = Stage::Blob { start, steps: 0, blob };
     }
