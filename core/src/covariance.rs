@@ -103,6 +103,16 @@ pub(crate) fn covariance(
     for (target, source) in body.0.iter_mut().zip(inverse.0) {
         *target = inflation * source;
     }
+    Some(in_cloud(&body, estimate, ellipsoid, order))
+}
+
+/// Covariance of the body parameters (see [`Estimate`]) in the terms of [`Covariance`].
+pub(crate) fn in_cloud(
+    body: &Symmetric9,
+    estimate: &Estimate,
+    ellipsoid: &Ellipsoid,
+    order: [usize; 3],
+) -> Covariance {
     // y = T x: centre and rotation from the body's axes into the frame of the cloud (the turn of the axes is the
     // reverse of the turn of the coordinates, hence the sign), logarithms into millimetres.
     let mut transform = [[0.0_f32; N]; N];
@@ -118,11 +128,11 @@ pub(crate) fn covariance(
             }
         }
     }
-    Some(Covariance(congruence(&transform, &body)))
+    Covariance(congruence(&transform, body))
 }
 
 /// `T S T^T`, lower triangle; each entry of `T S` and of the product is summed in ascending order.
-fn congruence(transform: &[[f32; N]; N], s: &Symmetric9) -> [[f32; N]; N.div_ceil(2)] {
+pub(crate) fn congruence(transform: &[[f32; N]; N], s: &Symmetric9) -> [[f32; N]; N.div_ceil(2)] {
     let mut half = [[0.0_f32; N]; N];
     for i in 0..N {
         for j in 0..N {
