@@ -5,7 +5,7 @@ use varsac_core::mixture::{MixtureConfig, MixtureProgress, MixtureSearch, Mixtur
 use varsac_core::{Point3, Workspace, rng::Stream};
 use varsac_host::eval::EllipsoidF64;
 use varsac_host::synth::surface::{Body, CLUTTERED, SURFACE, SurfaceFamily};
-use varsac_host::synth::{SimulationOptions, simulate};
+use varsac_host::synth::{SimulationOptions, onesided, simulate};
 
 fn search(cloud: &[Point3], config: &MixtureConfig, seed: u64, workspace: &mut Workspace<16384>) -> Result<MixtureSolution, RefusalCode> {
     let mut search = MixtureSearch::new();
@@ -85,12 +85,12 @@ fn report(name: &str, rows: &[Row], verbose: bool) {
 fn main() {
     let mut n = 400_u64; let mut base = 0_u64; let mut verbose = false; let mut names: Vec<String> = vec![];
     let mut config = MixtureConfig::SURFACE;
-    let mut scale = 1.0_f32; let mut repeat = 1;
+    let mut scale = 1.0_f32; let mut repeat = 1; let mut aw = None; let mut spread = None;
     for arg in std::env::args().skip(1) {
         let Some((k, v)) = arg.split_once('=') else { names.push(arg); continue };
         match k { "n" => n = v.parse().unwrap(), "base" => base = v.parse().unwrap(), "v" => verbose = true,
             "starts" => config.starts = v.parse().unwrap(), "sample" => config.sample = v.parse().unwrap(),
-            "aw" => config.area_weight = v.parse().unwrap(), "inft" => config.inflation_thin = v.parse().unwrap(), "inf" => config.inflation = v.parse().unwrap(), "repeat" => repeat = v.parse().unwrap(), "scale" => scale = v.parse().unwrap(), _ => panic!("{k}") }
+            "aw" => { config.area_weight = v.parse().unwrap(); aw = Some(config.area_weight); } "spread" => spread = v.parse().ok(), "inft" => config.inflation_thin = v.parse().unwrap(), "inf" => config.inflation = v.parse().unwrap(), "repeat" => repeat = v.parse().unwrap(), "scale" => scale = v.parse().unwrap(), _ => panic!("{k}") }
     }
     let wanted = |name: &str| names.is_empty() || names.iter().any(|x| name.starts_with(x.as_str()));
     let half = SurfaceFamily { coverage: (0.5, 0.5), outliers: (0.0, 0.3), aspect: (1.0, 4.0), ..SURFACE };
@@ -118,6 +118,28 @@ fn main() {
             judge(seed, &cloud.truth, found, us, format!("noise {:.2} out {:.2} axes {:.1?}", cloud.sigma, cloud.outliers, cloud.truth.semi_axes_mm))
         }).collect();
         report(family.name, &rows, verbose);
+    }
+    let mut view = MixtureConfig { starts: config.starts, sample: config.sample, ..MixtureConfig::VIEW };
+    if let Some(w) = aw { view.area_weight = w; }
+    if let Some(w) = spread { view.shape_spread = w; }
+    let one = |f: &onesided::Family, name| onesided::Family { name, neighbour: 0.0, ..*f };
+    for family in [onesided::CLEAN, one(&onesided::HARD, "o.hard1"), one(&onesided::OCCLUDED, "o.occluded"), one(&onesided::Family { clutter: (0.0, 0.0), margin_px: (0.0, 0.0), axial_mm: (0.5, 1.5), quantum_mm: 1.0, ..onesided::CLEAN }, "o.noisy"), onesided::HARD] {
+        let name = if family.name.starts_with("o.") { family.name.to_string() } else { format!("o.{}", family.name) };
+        if !wanted(&name) { continue; }
+        let rows: Vec<Row> = (0..n).into_par_iter().map_init(|| Box::new(Workspace::<16384>::new()), |w, k| {
+            let seed = base + k;
+            let scene = onesided::Scene::new(&family, seed);
+            let (points, _) = scene.cloud(&scene.mask);
+            let cloud: Vec<Point3> = points.iter().map(|q| Point3::new(q[0], q[1], q[2])).collect();
+            let t = scene.fruit[0];
+            let truth = EllipsoidF64::sorted(t.pose.centre, t.semi_axes_mm, t.pose.axes);
+            let clock = cpu_ns();
+            let mut found = search(&cloud, &view, seed, w);
+            for _ in 1..repeat { found = search(&cloud, &view, seed, w); }
+            let us = (cpu_ns() - clock) * 1e-3 / f64::from(repeat);
+            judge(seed, &truth, found, us, format!("n {} noise {:.2} axes {:.1?}", cloud.len(), scene.sensor.axial_mm, truth.semi_axes_mm))
+        }).collect();
+        report(&name, &rows, verbose);
     }
     for sigma in [0.02, 0.05, 0.1] {
         let name = format!("paper{sigma}");

@@ -112,7 +112,7 @@ mod tests {
             let cloud = cloud(scale, shift);
             let mut list: [u16; 101] = core::array::from_fn(|k| k as u16);
             let frame = Frame::around(&cloud, &mut list, Viewpoint::None).unwrap();
-            assert!((frame.unit / (scale * 25.7) - 1.0).abs() < 0.05, "{frame:?}");
+            assert!((frame.unit / (scale * 36.0) - 1.0).abs() < 0.05, "{frame:?}");
             let back = frame.to_cloud(&frame.local(&cloud[90]));
             assert!((back.x - cloud[90].x).abs() <= 1e-6 * (scale * 100.0 + shift));
         }

@@ -13,7 +13,7 @@
 use crate::{
     Point3,
     jacobi::{Symmetric3, eigen},
-    mixture::{MixtureGate, frame::Frame, shell::{Distance, Shell, contact}},
+    mixture::{MixtureGate, frame::Frame, shell::{Distance, Shell, contact, smallest}},
     point::at,
     residual::dot,
 };
@@ -86,8 +86,9 @@ fn cell(u: [f32; 3]) -> usize {
 /// Looks at all listed points; `uncertain` is left for the covariance to say.
 pub(crate) fn findings(shell: &Shell, cloud: &[Point3], list: &[u16], frame: &Frame, distance: Distance, odds: f32) -> MixtureFindings {
     let model = shell.model(distance);
+    let window = shell.window(distance);
     let centre = shell.estimate.centre;
-    let short = libm::expf(-super::largest(&shell.estimate.ln_axes.map(|x| -x)));
+    let short = smallest(&shell.estimate.ln_axes);
     let (mut members, mut gain, mut model_sum) = (0.0_f32, 0.0_f32, 0.0_f32);
     let (mut area, mut first, mut second) = (0.0_f32, [0.0_f32; 3], Symmetric3::default());
     let (mut sum, mut square) = ([0.0_f32; 3], Symmetric3::default());
@@ -96,7 +97,7 @@ pub(crate) fn findings(shell: &Shell, cloud: &[Point3], list: &[u16], frame: &Fr
         let p = frame.local(&at(cloud, index));
         let contact = contact(&model, &p, distance);
         let f2 = contact.square();
-        if !(f2 < NEAR) {
+        if !(f2 < NEAR && contact.gap_mm < window && contact.gap_mm >= -window) {
             continue;
         }
         let k = odds * libm::expf(-0.5 * f2);

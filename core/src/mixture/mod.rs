@@ -31,7 +31,7 @@ use self::{
     blob::Blob,
     frame::{Frame, shuffle_front},
     judge::findings,
-    shell::{Distance, Pass, Shell},
+    shell::{Distance, Pass, Shell, smallest},
 };
 use crate::{
     Ellipsoid, Point3,
@@ -403,7 +403,7 @@ fn add_shape(normal: &mut Normal, x: &[f32; 3], precision: f32) {
 }
 
 /// The shell after a step, and the gain the step promises; `None` where the equations are singular.
-fn moved(shell: &Shell, normal: &Normal, pass: &Pass, count: usize, scale_limit: f32, smallest: f32) -> Option<(Shell, f32)> {
+fn moved(shell: &Shell, normal: &Normal, pass: &Pass, count: usize, scale_limit: f32, floor: f32) -> Option<(Shell, f32)> {
     let mut matrix = normal.matrix;
     for k in 3..6 {
         matrix.add_diagonal(k, ROTATION_INFORMATION);
@@ -421,10 +421,10 @@ fn moved(shell: &Shell, normal: &Normal, pass: &Pass, count: usize, scale_limit:
     let mut estimate = shell.estimate.moved_by(&step, 0.5 * longest)?;
     hold(&mut estimate);
     let estimated = shell.sigma * libm::sqrtf(pass.squares / pass.members);
-    let thickest = THICKEST * libm::expf(-self::largest(&estimate.ln_axes.map(|x| -x)));
+    let thickest = THICKEST * smallest(&estimate.ln_axes);
     let scale_limit = if thickest < scale_limit { thickest } else { scale_limit };
     let sigma = if estimated < scale_limit { estimated } else { scale_limit };
-    let sigma = if sigma > smallest { sigma } else { smallest };
+    let sigma = if sigma > floor { sigma } else { floor };
     let share = within(pass.members / count as f32, SHARE);
     Some((Shell { estimate, sigma, share }, promise))
 }
@@ -469,8 +469,7 @@ fn push_back(estimate: &mut Estimate) {
 fn is_same(a: &Estimate, b: &Estimate, part: f32) -> bool {
     let d = [a.centre[0] - b.centre[0], a.centre[1] - b.centre[1], a.centre[2] - b.centre[2]];
     let apart = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-    let smallest = |e: &Estimate| libm::expf(-largest(&e.ln_axes.map(|x| -x)));
-    let near = part * smallest(a);
+    let near = part * smallest(&a.ln_axes);
     let size = |e: &Estimate| e.ln_axes[0] + e.ln_axes[1] + e.ln_axes[2];
     apart < near * near && libm::fabsf(size(a) - size(b)) < part
 }

@@ -13,7 +13,7 @@ use crate::{
     mixture::{area::ln_area, frame::Frame},
     moments::Moments,
     point::at,
-    refine::{Estimate, Normal},
+    refine::{Estimate, Kernel, Normal},
     residual::{Contact, Noise, RayModel, Viewpoint},
 };
 
@@ -53,6 +53,15 @@ pub(crate) struct Pass {
 const FAR: f32 = 40.0;
 /// At the tips of a long body the curvature is too large for a correction to first order: it counts as that of a sphere.
 const BEND: f32 = 1.0;
+/// Window along the ray over the smallest semi-axis.
+const WINDOW: f32 = 0.55;
+/// A ray that passes closer to the centre than half way does not ask the model to step aside.
+const DEEP: f32 = 0.25;
+/// `2^2`, Geman-McClure, of points seen past the model.
+const PUSH: Kernel = Kernel::GemanMcClure(4.0);
+/// A point seen through the model well inside its rim costs this much of the gain.
+const THROUGH: f32 = 1.5;
+const WELL_INSIDE: f32 = 0.75;
 /// `ln sqrt(2 pi)`.
 const LN_SQRT_2_PI: f32 = 0.918_938_5;
 
@@ -67,6 +76,14 @@ impl Shell {
         RayModel::new(&self.estimate.ellipsoid(), &noise, viewpoint)
     }
 
+    /// Along the ray a point further from the model's point than this is not the surface's; without rays no point is.
+    pub(crate) fn window(&self, distance: Distance) -> f32 {
+        match distance {
+            Distance::Ray { .. } => WINDOW * smallest(&self.estimate.ln_axes),
+            Distance::Radial | Distance::Orthogonal => f32::INFINITY,
+        }
+    }
+
     /// `K` with the area given by its logarithm.
     pub(crate) fn odds(&self, volume: f32, ln_area: f32) -> f32 {
         let scale = libm::expf(-(ln_area + LN_SQRT_2_PI)) / self.sigma;
@@ -77,11 +94,16 @@ impl Shell {
     pub(crate) fn pass(&self, cloud: &[Point3], list: &[u16], frame: &Frame, distance: Distance, ln_area: f32) -> Pass {
         let model = self.model(distance);
         let odds = self.odds(frame.volume, ln_area);
+        let window = self.window(distance);
         let mut pass = Pass { moments: Moments::ZERO, constants: model.constants(), members: 0.0, squares: 0.0, bend: [0.0; 6] };
         for &index in list {
             let contact = contact(&model, &frame.local(&at(cloud, index)), distance);
+            if contact.gap_mm > window {
+                push_aside(&mut pass.moments, &model, &contact);
+                continue;
+            }
             let square = contact.square();
-            if !(square < FAR) {
+            if !(square < FAR && contact.gap_mm >= -window) {
                 continue;
             }
             let k = odds * libm::expf(-0.5 * square);
@@ -106,11 +128,16 @@ impl Shell {
     pub(crate) fn information(&self, cloud: &[Point3], list: &[u16], frame: &Frame, distance: Distance, ln_area: f32) -> Normal {
         let model = self.model(distance);
         let odds = self.odds(frame.volume, ln_area);
+        let window = self.window(distance);
         let mut moments = Moments::ZERO;
         for &index in list {
             let contact = contact(&model, &frame.local(&at(cloud, index)), distance);
+            if contact.gap_mm > window {
+                push_aside(&mut moments, &model, &contact);
+                continue;
+            }
             let square = contact.square();
-            if !(square < FAR) {
+            if !(square < FAR && contact.gap_mm >= -window) {
                 continue;
             }
             let k = odds * libm::expf(-0.5 * square);
@@ -124,15 +151,39 @@ impl Shell {
     pub(crate) fn gain(&self, cloud: &[Point3], list: &[u16], frame: &Frame, distance: Distance) -> f32 {
         let model = self.model(distance);
         let odds = self.odds(frame.volume, ln_area(&self.estimate.ln_axes).value);
+        let window = self.window(distance);
         let mut sum = 0.0;
         for &index in list {
-            let square = contact(&model, &frame.local(&at(cloud, index)), distance).square();
-            if square < FAR {
+            let contact = contact(&model, &frame.local(&at(cloud, index)), distance);
+            if contact.gap_mm > window {
+                sum -= if contact.miss_squared < WELL_INSIDE { THROUGH } else { 0.0 };
+                continue;
+            }
+            let square = contact.square();
+            if square < FAR && contact.gap_mm >= -window {
                 sum += libm::log1pf(odds * libm::expf(-0.5 * square));
             }
         }
         sum + list.len() as f32 * libm::log1pf(-self.share)
     }
+}
+
+/// A point far behind the model was seen past it: if its ray passes near the rim the outline has to give way.
+#[inline]
+fn push_aside(moments: &mut Moments, model: &RayModel, contact: &Contact) {
+    if !(contact.miss_squared > DEEP && contact.miss_squared < 1.0) {
+        return;
+    }
+    let beside = model.beside(contact);
+    if let Some(weight) = PUSH.weight(beside.square()) {
+        moments.add(beside.u, beside.value, weight / beside.variance);
+    }
+}
+
+/// The smallest semi-axis.
+pub(crate) fn smallest(ln_axes: &[f32; 3]) -> f32 {
+    let [a, b, c] = *ln_axes;
+    libm::expf(if a < b && a < c { a } else if b < c { b } else { c })
 }
 
 /// The contact of a local point with the model.
