@@ -162,7 +162,13 @@ impl Sums {
             promise -= step[k] * self.normal.gradient[k];
         }
         let [a, b, c] = self.estimate.ln_axes;
-        let largest = libm::expf(if a > b && a > c { a } else if b > c { b } else { c });
+        let largest = libm::expf(if a > b && a > c {
+            a
+        } else if b > c {
+            b
+        } else {
+            c
+        });
         Some((self.estimate.moved_by(&step, CENTRE_LIMIT * largest)?, promise))
     }
 
@@ -177,9 +183,8 @@ impl Sums {
                     let normal = divided(&self.normal, variance);
                     covariance(&normal, &self.estimate, &local, order, 1.0)
                 }
-                Criterion::Algebraic => {
-                    sandwich(&self.algebraic, variance).map(|body| in_cloud(&body, &self.estimate, &local, order))
-                }
+                Criterion::Algebraic => sandwich(&self.algebraic, variance)
+                    .map(|body| in_cloud(&body, &self.estimate, &local, order)),
             }
         } else {
             None

@@ -132,7 +132,7 @@ pub(crate) struct Terms {
 }
 
 /// `3^2`, Geman-McClure on outline rays.
-const OUTLINE_KERNEL: Kernel = Kernel::GemanMcClure(9.0);
+pub(crate) const OUTLINE_KERNEL: Kernel = Kernel::GemanMcClure(9.0);
 /// A ray that passes closer to the centre than half way does not ask the model to step aside.
 const DEEP: f32 = 0.25;
 

@@ -2,18 +2,19 @@
 use rayon::prelude::*;
 use varsac_core::accept::RefusalCode;
 use varsac_core::mixture::{MixtureConfig, MixtureProgress, MixtureSearch, MixtureSolution};
-use varsac_core::{Point3, Workspace, rng::Stream};
+use varsac_core::{Point3, View, Workspace, rng::Stream};
 use varsac_host::eval::EllipsoidF64;
+use varsac_host::outline::outline_rays;
 use varsac_host::synth::surface::{Body, CLUTTERED, SURFACE, SurfaceFamily};
 use varsac_host::synth::{SimulationOptions, onesided, simulate};
 
-fn search(cloud: &[Point3], config: &MixtureConfig, seed: u64, workspace: &mut Workspace<16384>) -> Result<MixtureSolution, RefusalCode> {
+fn search(view: &View<'_>, config: &MixtureConfig, seed: u64, workspace: &mut Workspace<16384>) -> Result<MixtureSolution, RefusalCode> {
     let mut search = MixtureSearch::new();
     let mut stream = Stream::new(seed);
     let mut scratch = workspace.scratch();
-    scratch.reset(cloud.len());
+    scratch.reset(view.cloud.len());
     loop {
-        match search.step(config, cloud, &mut scratch, &mut stream) {
+        match search.step(config, view, &mut scratch, &mut stream) {
             MixtureProgress::Working => {}
             MixtureProgress::Nothing(refusal) => return Err(refusal.code),
             MixtureProgress::Found(solution) => return Ok(solution),
@@ -85,12 +86,12 @@ fn report(name: &str, rows: &[Row], verbose: bool) {
 fn main() {
     let mut n = 400_u64; let mut base = 0_u64; let mut verbose = false; let mut names: Vec<String> = vec![];
     let mut config = MixtureConfig::SURFACE;
-    let mut scale = 1.0_f32; let mut repeat = 1; let mut aw = None; let mut spread = None;
+    let mut scale = 1.0_f32; let mut repeat = 1; let mut outline = false; let mut aw = None; let mut spread = None;
     for arg in std::env::args().skip(1) {
         let Some((k, v)) = arg.split_once('=') else { names.push(arg); continue };
         match k { "n" => n = v.parse().unwrap(), "base" => base = v.parse().unwrap(), "v" => verbose = true,
             "starts" => config.starts = v.parse().unwrap(), "sample" => config.sample = v.parse().unwrap(),
-            "aw" => { config.area_weight = v.parse().unwrap(); aw = Some(config.area_weight); } "spread" => spread = v.parse().ok(), "inft" => config.inflation_thin = v.parse().unwrap(), "inf" => config.inflation = v.parse().unwrap(), "repeat" => repeat = v.parse().unwrap(), "scale" => scale = v.parse().unwrap(), _ => panic!("{k}") }
+            "aw" => { config.area_weight = v.parse().unwrap(); aw = Some(config.area_weight); } "spread" => spread = v.parse().ok(), "inft" => config.inflation_thin = v.parse().unwrap(), "inf" => config.inflation = v.parse().unwrap(), "outline" => outline = true, "repeat" => repeat = v.parse().unwrap(), "scale" => scale = v.parse().unwrap(), _ => panic!("{k}") }
     }
     let wanted = |name: &str| names.is_empty() || names.iter().any(|x| name.starts_with(x.as_str()));
     let half = SurfaceFamily { coverage: (0.5, 0.5), outliers: (0.0, 0.3), aspect: (1.0, 4.0), ..SURFACE };
@@ -111,8 +112,8 @@ fn main() {
             let mut cloud = family.cloud(seed);
             for p in &mut cloud.points { *p *= scale; }
             let clock = cpu_ns();
-            let mut found = search(&cloud.points, &config, seed, w);
-            for _ in 1..repeat { found = search(&cloud.points, &config, seed, w); }
+            let mut found = search(&View::from(cloud.points.as_slice()), &config, seed, w);
+            for _ in 1..repeat { found = search(&View::from(cloud.points.as_slice()), &config, seed, w); }
             let us = (cpu_ns() - clock) * 1e-3 / f64::from(repeat);
             if let Ok(s) = &mut found { s.ellipsoid.centre /= scale; s.ellipsoid.semi_axes = s.ellipsoid.semi_axes.map(|a| a / scale); s.covariance = s.covariance.filter(|_| scale == 1.0); }
             judge(seed, &cloud.truth, found, us, format!("noise {:.2} out {:.2} axes {:.1?}", cloud.sigma, cloud.outliers, cloud.truth.semi_axes_mm))
@@ -129,13 +130,17 @@ fn main() {
         let rows: Vec<Row> = (0..n).into_par_iter().map_init(|| Box::new(Workspace::<16384>::new()), |w, k| {
             let seed = base + k;
             let scene = onesided::Scene::new(&family, seed);
-            let (points, _) = scene.cloud(&scene.mask);
+            let (points, points_in) = scene.cloud(&scene.mask);
             let cloud: Vec<Point3> = points.iter().map(|q| Point3::new(q[0], q[1], q[2])).collect();
+            let win = scene.patch.window;
+            let f = scene.sensor.focal_px;
+            let rays = if outline { outline_rays(&scene.patch.depth, &scene.mask, f, |u, v| [(win.left as f64 + u) / f, (win.top as f64 + v) / f], 10.0) } else { vec![] };
+            let seen = View { cloud: &cloud, in_mask: points_in, outline: &rays };
             let t = scene.fruit[0];
             let truth = EllipsoidF64::sorted(t.pose.centre, t.semi_axes_mm, t.pose.axes);
             let clock = cpu_ns();
-            let mut found = search(&cloud, &view, seed, w);
-            for _ in 1..repeat { found = search(&cloud, &view, seed, w); }
+            let mut found = search(&seen, &view, seed, w);
+            for _ in 1..repeat { found = search(&seen, &view, seed, w); }
             let us = (cpu_ns() - clock) * 1e-3 / f64::from(repeat);
             judge(seed, &truth, found, us, format!("n {} noise {:.2} axes {:.1?}", cloud.len(), scene.sensor.axial_mm, truth.semi_axes_mm))
         }).collect();
@@ -148,7 +153,7 @@ fn main() {
             let seed = base + k;
             let sim = simulate(&SimulationOptions { seed, point_count: 2000, sigma, ..SimulationOptions::default() }).unwrap();
             let clock = cpu_ns();
-            let found = search(&sim.points, &config, seed, w);
+            let found = search(&View::from(sim.points.as_slice()), &config, seed, w);
             let us = (cpu_ns() - clock) * 1e-3;
             judge(seed, &sim.truth, found, us, String::new())
         }).collect();

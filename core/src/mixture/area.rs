@@ -35,7 +35,9 @@ mod tests {
     #[test]
     fn known_areas() {
         // Sphere exactly; a prolate and an oblate spheroid by their closed forms.
-        for (axes, area) in [([2.0_f32, 2.0, 2.0], 50.265), ([2.0, 1.0, 1.0], 21.479), ([2.0, 2.0, 1.0], 34.688)] {
+        for (axes, area) in
+            [([2.0_f32, 2.0, 2.0], 50.265), ([2.0, 1.0, 1.0], 21.479), ([2.0, 2.0, 1.0], 34.688)]
+        {
             let ln = ln_area(&axes.map(libm::logf));
             assert!((libm::expf(ln.value) / area - 1.0).abs() < 0.011, "{axes:?} {}", libm::expf(ln.value));
             assert!((ln.slopes.iter().sum::<f32>() - 2.0).abs() < 1e-6);

@@ -22,6 +22,11 @@ pub(crate) struct Blob {
     share: f32,
 }
 
+/// Deviations of the blobs about points, local units, in turns: a small one finds a body beside a dense neighbour, a large
+/// one a body of which few points are left.
+const DEVIATIONS: [f32; 2] = [0.2, 0.4];
+/// Shares that the first blob and the others begin with.
+const SHARES: (f32, f32) = (0.5, 0.8);
 /// Added to the variances: a blob that collapses on a plane is still one.
 const SOFTENING: f32 = 1e-4;
 /// `(2 pi)^(3/2)`.
@@ -32,11 +37,22 @@ const FAR: f32 = 28.0;
 const LN_SQRT_3: f32 = 0.549_306_15;
 
 impl Blob {
-    /// A round blob.
-    pub(crate) fn round(centre: &Point3, deviation: f32, share: f32) -> Self {
-        let v = deviation * deviation;
-        let covariance = Symmetric3 { xx: v, yy: v, zz: v, ..Symmetric3::default() };
-        Self { mean: [centre.x, centre.y, centre.z], covariance, share }
+    /// The blob of start 0: a round one of the size of all, about the mean of the listed points.
+    pub(crate) fn around(cloud: &[Point3], list: &[u16], frame: &Frame) -> Self {
+        let mut sum = [0.0_f32; 3];
+        for &index in list {
+            let p = frame.local(&at(cloud, index));
+            sum[0] += p.x;
+            sum[1] += p.y;
+            sum[2] += p.z;
+        }
+        Self { mean: sum.map(|s| s / list.len() as f32), covariance: round(1.0), share: SHARES.0 }
+    }
+
+    /// The blob of a later start: a small round one about a point.
+    pub(crate) fn at(centre: &Point3, start: u8) -> Self {
+        let deviation = DEVIATIONS[usize::from(start) % DEVIATIONS.len()];
+        Self { mean: [centre.x, centre.y, centre.z], covariance: round(deviation), share: SHARES.1 }
     }
 
     /// One step over the listed points. `None` when nothing is left of the blob.
@@ -47,7 +63,8 @@ impl Blob {
         }
         let adjugate = self.covariance.adjugate();
         let inverse = 1.0 / determinant;
-        let odds = ((self.share * frame.volume) / (1.0 - self.share)) / (NORMALISATION * libm::sqrtf(determinant));
+        let odds =
+            ((self.share * frame.volume) / (1.0 - self.share)) / (NORMALISATION * libm::sqrtf(determinant));
         let (mut n, mut sum, mut square) = (0.0_f32, [0.0_f32; 3], Symmetric3::default());
         for &index in list {
             let p = frame.local(&at(cloud, index));
@@ -93,9 +110,61 @@ impl Blob {
     pub(crate) fn shell(&self) -> (Estimate, f32) {
         let e = eigen(&self.covariance);
         let [a, b, c] = e.vectors;
-        let half_log = |value: f32| 0.5 * libm::logf(if value > SOFTENING { value } else { SOFTENING }) + LN_SQRT_3;
+        let half_log =
+            |value: f32| 0.5 * libm::logf(if value > SOFTENING { value } else { SOFTENING }) + LN_SQRT_3;
         let ln_axes = [e.values[2], e.values[1], e.values[0]].map(half_log);
         let axes = crate::ellipsoid::right_handed([c, b, a]);
         (Estimate { centre: self.mean, axes, ln_axes }, self.share)
+    }
+}
+
+fn round(deviation: f32) -> Symmetric3 {
+    let v = deviation * deviation;
+    Symmetric3 { xx: v, yy: v, zz: v, ..Symmetric3::default() }
+}
+
+/// From one side the blob's centre lies on the surface: moves it back along its ray by two thirds of its extent in depth.
+pub(crate) fn push_back(estimate: &mut Estimate) {
+    let c = estimate.centre;
+    let range = libm::sqrtf(dot(c, c));
+    let mut square = 0.0;
+    for (row, ln_axis) in estimate.axes.iter().zip(estimate.ln_axes) {
+        let along = libm::expf(ln_axis) * (dot(*row, c) / range);
+        square += along * along;
+    }
+    let factor = 1.0 + (2.0 / 3.0) * (libm::sqrtf(square) / range);
+    estimate.centre = c.map(|x| x * factor);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{residual::Viewpoint, rng::Stream};
+
+    #[test]
+    fn a_sphere_among_strays_is_found() {
+        let mut stream = Stream::new(6);
+        let mut draw = || stream.below(20_001) as f32 / 10_000.0 - 1.0;
+        let cloud: [Point3; 300] = core::array::from_fn(|k| {
+            let v = [draw(), draw(), draw()];
+            if k % 4 == 0 {
+                return Point3::new(4.0 * v[0], 4.0 * v[1], 4.0 * v[2]);
+            }
+            let n = libm::sqrtf(dot(v, v));
+            Point3::new(1.0 + v[0] / n, v[1] / n, v[2] / n)
+        });
+        let mut list: [u16; 300] = core::array::from_fn(|k| k as u16);
+        let frame = Frame::around(&cloud, &mut list, Viewpoint::None).unwrap();
+        let mut blob = Blob::around(&cloud, &list, &frame);
+        for _ in 0..20 {
+            blob = blob.step(&cloud, &list, &frame).unwrap();
+        }
+        let (estimate, share) = blob.shell();
+        let centre = frame.to_cloud(&Point3::new(estimate.centre[0], estimate.centre[1], estimate.centre[2]));
+        assert!((centre - Point3::new(1.0, 0.0, 0.0)).norm() < 0.2, "{centre}");
+        for ln_axis in estimate.ln_axes {
+            assert!((libm::expf(ln_axis) * frame.unit - 1.0).abs() < 0.25, "{estimate:?}");
+        }
+        assert!((share - 0.75).abs() < 0.1);
     }
 }

@@ -19,6 +19,8 @@ pub struct MixtureConfig {
     pub area_weight: f32,
     /// Standard deviation of the logarithms of the semi-axes about their mean; infinity: any shape is as good.
     pub shape_spread: f32,
+    /// Standard deviation of the displacement common to all outline rays, rad.
+    pub outline_offset_rad: f32,
     /// Factor on the covariance of the normal equations.
     pub inflation: f32,
     /// Added to it, times the square of the noise over the shortest semi-axis.
@@ -55,16 +57,26 @@ impl MixtureConfig {
         starts: 10,
         area_weight: 0.5,
         shape_spread: f32::INFINITY,
+        outline_offset_rad: 0.15 / 365.456,
         inflation: 1.1,
         inflation_thin: 2.0,
-        gate: MixtureGate { min_points: 20.0, gain: 0.1, coverage: 0.7, flat: 1.75, misfit: 0.025, uncertain: 0.3 },
+        gate: MixtureGate {
+            min_points: 20.0,
+            gain: 0.1,
+            coverage: 0.7,
+            flat: 1.75,
+            misfit: 0.025,
+            uncertain: 0.3,
+        },
     };
 
     /// One view from the origin, unknown fruit.
     pub const VIEW: Self = Self {
         viewpoint: Viewpoint::Origin,
-        area_weight: 0.15,
+        // The half that is seen does not curve the other way: what the correction would do to the sizes it does to the centre.
+        area_weight: 0.0,
         shape_spread: 1.0,
+        inflation: 1.6,
         gate: MixtureGate { coverage: 0.0, ..Self::SURFACE.gate },
         ..Self::SURFACE
     };

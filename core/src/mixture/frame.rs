@@ -7,6 +7,7 @@
 use crate::{
     Point3,
     order::select_by_key,
+    outline::OutlineRay,
     point::{at, distance_squared},
     residual::Viewpoint,
     rng::Stream,
@@ -68,6 +69,16 @@ impl Frame {
     pub(crate) fn local(&self, p: &Point3) -> Point3 {
         let o = &self.origin;
         Point3::new((p.x - o.x) * self.inverse, (p.y - o.y) * self.inverse, (p.z - o.z) * self.inverse)
+    }
+
+    /// An outline ray in local units; the origin is the camera's.
+    #[inline]
+    pub(crate) fn local_ray(&self, ray: &OutlineRay) -> OutlineRay {
+        OutlineRay {
+            inner: self.local(&ray.inner),
+            outer_mm: ray.outer_mm * self.inverse,
+            sigma_rad: ray.sigma_rad,
+        }
     }
 
     /// A local point in the cloud's frame and unit.

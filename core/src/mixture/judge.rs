@@ -10,14 +10,16 @@
 //!   cells, 3x3 on each face of the cube; the rms of the cells' means, less what chance gives them, over the shortest
 //!   semi-axis.
 
+use crate::accept::{Refusal, RefusalCode};
 use crate::{
-    Point3,
     jacobi::{Symmetric3, eigen},
-    mixture::{MixtureGate, frame::Frame, shell::{Distance, Shell, contact, smallest}},
+    mixture::{
+        MixtureGate,
+        shell::{Data, Shell, contact, smallest},
+    },
     point::at,
     residual::dot,
 };
-use crate::accept::{Refusal, RefusalCode};
 
 /// What the tests look at.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,8 +43,10 @@ pub struct MixtureFindings {
 impl MixtureGate {
     /// The first test that fails.
     pub fn refusal(&self, f: &MixtureFindings) -> Option<Refusal> {
-        let above = |code, value: f32, limit: f32| (!(value <= limit)).then_some(Refusal { code, value, limit });
-        let below = |code, value: f32, limit: f32| (!(value >= limit)).then_some(Refusal { code, value, limit });
+        let above =
+            |code, value: f32, limit: f32| (!(value <= limit)).then_some(Refusal { code, value, limit });
+        let below =
+            |code, value: f32, limit: f32| (!(value >= limit)).then_some(Refusal { code, value, limit });
         below(RefusalCode::FewPoints, f.members, self.min_points)
             .or_else(|| below(RefusalCode::Clutter, f.gain, self.gain))
             .or_else(|| below(RefusalCode::Flat, f.flat, self.flat))
@@ -84,18 +88,19 @@ fn cell(u: [f32; 3]) -> usize {
 }
 
 /// Looks at all listed points; `uncertain` is left for the covariance to say.
-pub(crate) fn findings(shell: &Shell, cloud: &[Point3], list: &[u16], frame: &Frame, distance: Distance, odds: f32) -> MixtureFindings {
-    let model = shell.model(distance);
-    let window = shell.window(distance);
+pub(crate) fn findings(shell: &Shell, data: &Data<'_>, ln_area: f32) -> MixtureFindings {
+    let model = shell.model(data.distance);
+    let odds = shell.odds(data.frame.volume, ln_area);
+    let window = shell.window(data.distance);
     let centre = shell.estimate.centre;
     let short = smallest(&shell.estimate.ln_axes);
     let (mut members, mut gain, mut model_sum) = (0.0_f32, 0.0_f32, 0.0_f32);
     let (mut area, mut first, mut second) = (0.0_f32, [0.0_f32; 3], Symmetric3::default());
     let (mut sum, mut square) = ([0.0_f32; 3], Symmetric3::default());
     let (mut counts, mut means) = ([0.0_f32; CELLS], [0.0_f32; CELLS]);
-    for &index in list {
-        let p = frame.local(&at(cloud, index));
-        let contact = contact(&model, &p, distance);
+    for &index in data.list {
+        let p = data.frame.local(&at(data.cloud, index));
+        let contact = contact(&model, &p, data.distance);
         let f2 = contact.square();
         if !(f2 < NEAR && contact.gap_mm < window && contact.gap_mm >= -window) {
             continue;
@@ -117,7 +122,7 @@ pub(crate) fn findings(shell: &Shell, cloud: &[Point3], list: &[u16], frame: &Fr
             *mean += r * if contact.value < 0.0 { -f } else { f };
         }
     }
-    let count = list.len() as f32;
+    let count = data.list.len() as f32;
     let gain = (gain - PRICE * libm::logf(count)) / count + libm::log1pf(-shell.share);
     let plane = scatter(members, sum, &square);
     let ratio = eigen(&plane).values[0] / (model_sum / members);
@@ -126,7 +131,8 @@ pub(crate) fn findings(shell: &Shell, cloud: &[Point3], list: &[u16], frame: &Fr
         gain,
         coverage: coverage(area, first, &second),
         flat: if ratio > 0.0 { libm::sqrtf(ratio) } else { 0.0 },
-        misfit: misfit(&counts, &means, members, model_sum / (shell.sigma * shell.sigma)) * (shell.sigma / short),
+        misfit: misfit(&counts, &means, members, model_sum / (shell.sigma * shell.sigma))
+            * (shell.sigma / short),
         uncertain: 0.0,
     }
 }

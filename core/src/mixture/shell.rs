@@ -12,8 +12,9 @@ use crate::{
     Point3,
     mixture::{area::ln_area, frame::Frame},
     moments::Moments,
+    outline::{Displacement, OutlineRay},
     point::at,
-    refine::{Estimate, Kernel, Normal},
+    refine::{Estimate, Kernel, Normal, OUTLINE_KERNEL},
     residual::{Contact, Noise, RayModel, Viewpoint},
 };
 
@@ -36,6 +37,20 @@ pub(crate) enum Distance {
     Ray { lateral_rad: f32 },
 }
 
+/// What the shell is fitted to.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Data<'a> {
+    pub(crate) cloud: &'a [Point3],
+    /// The points that count, in the order of the sums.
+    pub(crate) list: &'a [u16],
+    /// Rays that may touch the outline; with [`Distance::Ray`] only.
+    pub(crate) outline: &'a [OutlineRay],
+    /// Standard deviation of their common displacement, rad.
+    pub(crate) offset_rad: f32,
+    pub(crate) frame: &'a Frame,
+    pub(crate) distance: Distance,
+}
+
 /// What a pass over the points came to.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Pass {
@@ -47,6 +62,7 @@ pub(crate) struct Pass {
     pub(crate) squares: f32,
     /// Sum of `r B phi`, `B` the curvature of [`RayModel::bend`], at most [`BEND`]; orthogonal distances only.
     bend: [f32; 6],
+    displacement: Option<Displacement>,
 }
 
 /// `d^2 / sigma^2` beyond which a point is not the surface's: `e^-20`.
@@ -91,13 +107,20 @@ impl Shell {
     }
 
     /// Weighs the listed points.
-    pub(crate) fn pass(&self, cloud: &[Point3], list: &[u16], frame: &Frame, distance: Distance, ln_area: f32) -> Pass {
-        let model = self.model(distance);
-        let odds = self.odds(frame.volume, ln_area);
-        let window = self.window(distance);
-        let mut pass = Pass { moments: Moments::ZERO, constants: model.constants(), members: 0.0, squares: 0.0, bend: [0.0; 6] };
-        for &index in list {
-            let contact = contact(&model, &frame.local(&at(cloud, index)), distance);
+    pub(crate) fn pass(&self, data: &Data<'_>, ln_area: f32) -> Pass {
+        let model = self.model(data.distance);
+        let odds = self.odds(data.frame.volume, ln_area);
+        let window = self.window(data.distance);
+        let mut pass = Pass {
+            moments: Moments::ZERO,
+            constants: model.constants(),
+            members: 0.0,
+            squares: 0.0,
+            bend: [0.0; 6],
+            displacement: None,
+        };
+        for &index in data.list {
+            let contact = contact(&model, &data.frame.local(&at(data.cloud, index)), data.distance);
             if contact.gap_mm > window {
                 push_aside(&mut pass.moments, &model, &contact);
                 continue;
@@ -109,7 +132,7 @@ impl Shell {
             let k = odds * libm::expf(-0.5 * square);
             let r = k / (1.0 + k);
             pass.moments.add(contact.u, contact.value, r / contact.variance);
-            if distance == Distance::Orthogonal {
+            if data.distance == Distance::Orthogonal {
                 let bend = model.bend(contact.u);
                 let share = r * if bend < BEND { bend } else { BEND };
                 let [x, y, z] = contact.u;
@@ -120,18 +143,19 @@ impl Shell {
             pass.members += r;
             pass.squares += r * square;
         }
+        pass.displacement = self.touch(data, &model, &mut pass.moments);
         pass
     }
 
     /// The information of the listed points, the negative second derivative of the log-likelihood: a point that may or may
     /// not be the surface's says less than its `r`, by the factor `1 - (1 - r) d^2 / sigma^2`.
-    pub(crate) fn information(&self, cloud: &[Point3], list: &[u16], frame: &Frame, distance: Distance, ln_area: f32) -> Normal {
-        let model = self.model(distance);
-        let odds = self.odds(frame.volume, ln_area);
-        let window = self.window(distance);
+    pub(crate) fn information(&self, data: &Data<'_>, ln_area: f32) -> Normal {
+        let model = self.model(data.distance);
+        let odds = self.odds(data.frame.volume, ln_area);
+        let window = self.window(data.distance);
         let mut moments = Moments::ZERO;
-        for &index in list {
-            let contact = contact(&model, &frame.local(&at(cloud, index)), distance);
+        for &index in data.list {
+            let contact = contact(&model, &data.frame.local(&at(data.cloud, index)), data.distance);
             if contact.gap_mm > window {
                 push_aside(&mut moments, &model, &contact);
                 continue;
@@ -144,17 +168,41 @@ impl Shell {
             let r = k / (1.0 + k);
             moments.add(contact.u, contact.value, (r * (1.0 - (1.0 - r) * square)) / contact.variance);
         }
-        Normal::new(&moments, &model.constants())
+        let displacement = self.touch(data, &model, &mut moments);
+        let constants = model.constants();
+        let mut normal = Normal::new(&moments, &constants);
+        if let Some(displacement) = displacement {
+            displacement.eliminate(&mut normal, &constants);
+        }
+        normal
+    }
+
+    /// Adds the outline rays that can be the model's.
+    fn touch(&self, data: &Data<'_>, model: &RayModel, moments: &mut Moments) -> Option<Displacement> {
+        if data.outline.is_empty() || !matches!(data.distance, Distance::Ray { .. }) {
+            return None;
+        }
+        let (short, long) = (smallest(&self.estimate.ln_axes), largest(&self.estimate.ln_axes));
+        let mut displacement = Displacement::new(data.offset_rad);
+        for ray in data.outline {
+            let local = data.frame.local_ray(ray);
+            if let Some(touch) = local.touch(model, short, long, self.sigma)
+                && let Some(weight) = OUTLINE_KERNEL.weight(touch.square())
+            {
+                displacement.add(moments, &touch, weight);
+            }
+        }
+        Some(displacement)
     }
 
     /// Gain over uniform clutter, natural logarithm, of all listed points together.
-    pub(crate) fn gain(&self, cloud: &[Point3], list: &[u16], frame: &Frame, distance: Distance) -> f32 {
-        let model = self.model(distance);
-        let odds = self.odds(frame.volume, ln_area(&self.estimate.ln_axes).value);
-        let window = self.window(distance);
+    pub(crate) fn gain(&self, data: &Data<'_>) -> f32 {
+        let model = self.model(data.distance);
+        let odds = self.odds(data.frame.volume, ln_area(&self.estimate.ln_axes).value);
+        let window = self.window(data.distance);
         let mut sum = 0.0;
-        for &index in list {
-            let contact = contact(&model, &frame.local(&at(cloud, index)), distance);
+        for &index in data.list {
+            let contact = contact(&model, &data.frame.local(&at(data.cloud, index)), data.distance);
             if contact.gap_mm > window {
                 sum -= if contact.miss_squared < WELL_INSIDE { THROUGH } else { 0.0 };
                 continue;
@@ -164,7 +212,7 @@ impl Shell {
                 sum += libm::log1pf(odds * libm::expf(-0.5 * square));
             }
         }
-        sum + list.len() as f32 * libm::log1pf(-self.share)
+        sum + data.list.len() as f32 * libm::log1pf(-self.share)
     }
 }
 
@@ -183,7 +231,25 @@ fn push_aside(moments: &mut Moments, model: &RayModel, contact: &Contact) {
 /// The smallest semi-axis.
 pub(crate) fn smallest(ln_axes: &[f32; 3]) -> f32 {
     let [a, b, c] = *ln_axes;
-    libm::expf(if a < b && a < c { a } else if b < c { b } else { c })
+    libm::expf(if a < b && a < c {
+        a
+    } else if b < c {
+        b
+    } else {
+        c
+    })
+}
+
+/// The largest semi-axis.
+pub(crate) fn largest(ln_axes: &[f32; 3]) -> f32 {
+    let [a, b, c] = *ln_axes;
+    libm::expf(if a > b && a > c {
+        a
+    } else if b > c {
+        b
+    } else {
+        c
+    })
 }
 
 /// The contact of a local point with the model.
@@ -204,6 +270,9 @@ impl Pass {
     /// curvature at each point. `weight` is 1/2, or less for less.
     pub(crate) fn normal(&self, estimate: &Estimate, weight: f32) -> Normal {
         let mut normal = Normal::new(&self.moments, &self.constants);
+        if let Some(displacement) = &self.displacement {
+            displacement.eliminate(&mut normal, &self.constants);
+        }
         for ((slot, constant), sum) in normal.gradient.iter_mut().zip(self.constants).zip(self.bend) {
             *slot -= (2.0 * weight) * (constant * sum);
         }

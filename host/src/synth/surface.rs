@@ -155,7 +155,13 @@ impl SurfaceFamily {
     }
 
     /// A point of the body within the covered directions.
-    fn body_point(&self, semi_axes: &Vector3<f64>, up: &Vector3<f64>, coverage: f64, noise: &mut Noise) -> Vector3<f64> {
+    fn body_point(
+        &self,
+        semi_axes: &Vector3<f64>,
+        up: &Vector3<f64>,
+        coverage: f64,
+        noise: &mut Noise,
+    ) -> Vector3<f64> {
         loop {
             let point = self.any_point(semi_axes, noise);
             // A cap of height h covers the part h / 2 of the sphere.
@@ -220,7 +226,9 @@ impl Patch {
 
     fn point(&self, noise: &mut Noise) -> Vector3<f64> {
         let [u, v] = self.sides;
-        self.middle + u * noise.between(-1.0, 1.0) + v * noise.between(-1.0, 1.0)
+        self.middle
+            + u * noise.between(-1.0, 1.0)
+            + v * noise.between(-1.0, 1.0)
             + noise.normal_vector() * (0.01 * SIZE)
     }
 }
@@ -236,14 +244,21 @@ mod tests {
             let cloud = family.cloud(seed);
             let [a, b, c] = cloud.truth.semi_axes_mm;
             assert!((a * b * c / SIZE.powi(3) - 1.0).abs() < 1e-9 && a / c <= 10.0);
-            let on = cloud.points.iter().filter(|p| (cloud.truth.level(&p.cast()) - 1.0).abs() < 1e-5).count();
+            let on =
+                cloud.points.iter().filter(|p| (cloud.truth.level(&p.cast()) - 1.0).abs() < 1e-5).count();
             assert!((900..905).contains(&on), "{on}");
         }
     }
 
     #[test]
     fn half_a_body_is_half_a_body() {
-        let family = SurfaceFamily { noise: (0.0, 0.0), outliers: (0.0, 0.0), coverage: (0.5, 0.5), aspect: (1.0, 1.0), ..SURFACE };
+        let family = SurfaceFamily {
+            noise: (0.0, 0.0),
+            outliers: (0.0, 0.0),
+            coverage: (0.5, 0.5),
+            aspect: (1.0, 1.0),
+            ..SURFACE
+        };
         let cloud = family.cloud(3);
         let mean = cloud.points.iter().fold(Vector3::zeros(), |sum, p| sum + p.coords.cast::<f64>())
             / cloud.points.len() as f64;
