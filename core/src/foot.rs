@@ -55,7 +55,9 @@ pub(crate) fn foot(w: [f32; 3], k: [f32; 3]) -> Foot {
         let length = libm::sqrtf(s);
         let excess = length - 1.0;
         step += 1;
-        if !(libm::fabsf(excess) > CLOSE) || step >= MAX_STEPS {
+        // NaN ends it too.
+        let open = libm::fabsf(excess) > CLOSE;
+        if !open || step >= MAX_STEPS {
             let scale = 1.0 / length;
             return Foot { u: u.map(|x| x * scale), t };
         }

@@ -102,7 +102,8 @@ fn descend(mut best: Sums, cloud: &[Point3], list: &[u16], frame: &LocalFrame) -
         } else {
             damping *= HARDER;
         }
-        if !(promise > SETTLED * best.squares) || damping > HARDEST {
+        let worth_while = promise > SETTLED * best.squares;
+        if !worth_while || damping > HARDEST {
             break;
         }
     }

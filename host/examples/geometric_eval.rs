@@ -1,6 +1,7 @@
 //! Fits real recordings and compares with their reference fits.
 use varsac_core::geometric::{Criterion, fit};
-use varsac_core::{Point3, mixture::MixtureConfig};
+use varsac_core::mixture::{MixtureConfig, MixtureProgress, MixtureSearch};
+use varsac_core::{Point3, View, Workspace, rng::Stream};
 
 fn main() {
     for path in std::env::args().skip(1) {
@@ -18,6 +19,19 @@ fn main() {
             let dc = [f64::from(c.x) - centre[0], f64::from(c.y) - centre[1], f64::from(c.z) - centre[2]];
             println!("{path} {name}: axes off {rel:.4?} % centre {dc:.4?} rms {:.4} / {} sigma {:?}", f.rms, r["rms_distance"], f.covariance.map(|c| c.sigma_centre_mm()));
         }
-        let _ = MixtureConfig::SURFACE;
+        let mut workspace = Box::new(Workspace::<65535>::new());
+        let mut scratch = workspace.scratch();
+        scratch.reset(points.len());
+        let (mut search, mut stream) = (MixtureSearch::new(), Stream::new(1));
+        let solution = loop {
+            match search.step(&MixtureConfig::SURFACE, &View::from(points.as_slice()), &mut scratch, &mut stream) {
+                MixtureProgress::Working => {}
+                other => break other,
+            }
+        };
+        match solution {
+            MixtureProgress::Found(s) => println!("   mixture {:?} sigma {:.4} {:?} {:?}", s.ellipsoid.semi_axes, s.sigma, s.refusal, s.findings),
+            other => println!("   mixture {other:?}"),
+        }
     }
 }

@@ -160,7 +160,7 @@ mod tests {
             blob = blob.step(&cloud, &list, &frame).unwrap();
         }
         let (estimate, share) = blob.shell();
-        let centre = frame.to_cloud(&Point3::new(estimate.centre[0], estimate.centre[1], estimate.centre[2]));
+        let centre = frame.cloud(&Point3::new(estimate.centre[0], estimate.centre[1], estimate.centre[2]));
         assert!((centre - Point3::new(1.0, 0.0, 0.0)).norm() < 0.2, "{centre}");
         for ln_axis in estimate.ln_axes {
             assert!((libm::expf(ln_axis) * frame.unit - 1.0).abs() < 0.25, "{estimate:?}");

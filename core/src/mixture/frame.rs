@@ -82,7 +82,7 @@ impl Frame {
     }
 
     /// A local point in the cloud's frame and unit.
-    pub(crate) fn to_cloud(&self, p: &Point3) -> Point3 {
+    pub(crate) fn cloud(&self, p: &Point3) -> Point3 {
         let o = &self.origin;
         Point3::new(o.x + p.x * self.unit, o.y + p.y * self.unit, o.z + p.z * self.unit)
     }
@@ -124,7 +124,7 @@ mod tests {
             let mut list: [u16; 101] = core::array::from_fn(|k| k as u16);
             let frame = Frame::around(&cloud, &mut list, Viewpoint::None).unwrap();
             assert!((frame.unit / (scale * 36.0) - 1.0).abs() < 0.05, "{frame:?}");
-            let back = frame.to_cloud(&frame.local(&cloud[90]));
+            let back = frame.cloud(&frame.local(&cloud[90]));
             assert!((back.x - cloud[90].x).abs() <= 1e-6 * (scale * 100.0 + shift));
         }
     }

@@ -129,7 +129,7 @@ pub(crate) fn findings(shell: &Shell, data: &Data<'_>, ln_area: f32) -> MixtureF
     MixtureFindings {
         members,
         gain,
-        coverage: coverage(area, first, &second),
+        coverage: coverage(members, area, first, &second),
         flat: if ratio > 0.0 { libm::sqrtf(ratio) } else { 0.0 },
         misfit: misfit(&counts, &means, members, model_sum / (shell.sigma * shell.sigma))
             * (shell.sigma / short),
@@ -165,10 +165,13 @@ fn scatter(n: f32, sum: [f32; 3], square: &Symmetric3) -> Symmetric3 {
     }
 }
 
-fn coverage(area: f32, first: [f32; 3], second: &Symmetric3) -> f32 {
+/// `members` points scattered over the whole sphere have a mean of their own, of square `1 / members` on average, and
+/// their smallest second moment falls short by about `1 / 3 sqrt(members)`.
+fn coverage(members: f32, area: f32, first: [f32; 3], second: &Symmetric3) -> f32 {
     let mean = first.map(|s| s / area);
-    let cap = 1.0 - libm::sqrtf(dot(mean, mean));
-    let smallest = 3.0 * (eigen(second).values[0] / area);
+    let square = dot(mean, mean) - 1.0 / members;
+    let cap = 1.0 - if square > 0.0 { libm::sqrtf(square) } else { 0.0 };
+    let smallest = 3.0 * (eigen(second).values[0] / area) + 1.0 / libm::sqrtf(members);
     let band = if smallest > 0.0 { libm::sqrtf(smallest) } else { 0.0 };
     if cap < band { cap } else { band }
 }
