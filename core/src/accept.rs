@@ -3,7 +3,7 @@
 //! A robot reaches for what is accepted. What the picture does not carry is refused with the first test it fails, in
 //! the order of [`RefusalCode`].
 
-use crate::{Ellipsoid, jacobi::Symmetric3};
+use crate::{ConfigError, Ellipsoid, config::require, jacobi::Symmetric3};
 
 /// Why a target is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,6 +43,30 @@ pub enum RefusalCode {
     Shape,
     /// The centre is too uncertain: its largest standard deviation over the shortest semi-axis.
     Vague,
+}
+
+impl RefusalCode {
+    /// Its name in reports.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::FewPoints => "few_points",
+            Self::SizeConflict => "size_conflict",
+            Self::SizeUnknown => "size_unknown",
+            Self::Ambiguous => "ambiguous",
+            Self::Outline => "outline",
+            Self::Visible => "visible",
+            Self::Colour => "colour",
+            Self::Uncertain => "uncertain",
+            Self::Flat => "flat",
+            Self::Through => "through",
+            Self::SharedVolume => "shared_volume",
+            Self::Singular => "singular",
+            Self::Clutter => "clutter",
+            Self::Coverage => "coverage",
+            Self::Shape => "shape",
+            Self::Vague => "vague",
+        }
+    }
 }
 
 /// A failed test: for some codes the value is above the limit, for others below.
@@ -88,7 +112,7 @@ pub struct Gate {
 }
 
 impl Gate {
-    /// The default.
+    /// The default, for fruit of a jujube's size; see [`Self::scaled`].
     pub const BALANCED: Self = Self {
         min_points: 20,
         size_conflict: 10.0,
@@ -102,6 +126,55 @@ impl Gate {
         through: 0.15,
         shared_volume: 0.75,
     };
+
+    /// Half of the refusals' limits: fewer accepted, fewer wrong.
+    pub const STRICT: Self = Self {
+        size_conflict: 7.0,
+        size_unknown: 0.10,
+        ambiguous: 0.90,
+        outline: 0.9,
+        visible: 0.50,
+        uncertain_mm: 1.3,
+        ..Self::BALANCED
+    };
+
+    /// More accepted, more wrong.
+    pub const EAGER: Self = Self {
+        size_conflict: 14.0,
+        size_unknown: 0.15,
+        ambiguous: 0.97,
+        outline: 1.3,
+        visible: 0.25,
+        uncertain_mm: 3.0,
+        ..Self::BALANCED
+    };
+
+    /// The same for fruit with this shortest semi-axis, mm: what is a length is scaled.
+    pub const fn scaled(self, short_mm: f32) -> Self {
+        Self { uncertain_mm: self.uncertain_mm * (short_mm / Self::SHORT_MM), ..self }
+    }
+
+    /// Shortest semi-axis of the fruit for which the constants of this type are given, mm.
+    const SHORT_MM: f32 = 10.9;
+
+    pub(crate) fn check(&self) -> Result<(), ConfigError> {
+        let limits = [
+            ("map.gate.size_conflict", self.size_conflict),
+            ("map.gate.size_unknown", self.size_unknown),
+            ("map.gate.ambiguous", self.ambiguous),
+            ("map.gate.outline", self.outline),
+            ("map.gate.visible", self.visible),
+            ("map.gate.colour", self.colour),
+            ("map.gate.uncertain_mm", self.uncertain_mm),
+            ("map.gate.flat", self.flat),
+            ("map.gate.through", self.through),
+            ("map.gate.shared_volume", self.shared_volume),
+        ];
+        for (field, value) in limits {
+            require(value >= 0.0, field, value, "0 or more; infinity or 0 switches a test off")?;
+        }
+        Ok(())
+    }
 }
 
 /// What the tests look at.
@@ -137,21 +210,48 @@ pub struct Findings {
     pub clutter: f32,
 }
 
+impl Findings {
+    /// The same with what is no number replaced by the worst value: the bits of such a number differ between machines.
+    pub(crate) fn known(self) -> Self {
+        let high = |value: f32| if value.is_nan() { f32::INFINITY } else { value };
+        let low = |value: f32| if value.is_nan() { 0.0 } else { value };
+        Self {
+            size_conflict: high(self.size_conflict),
+            size_sigma: high(self.size_sigma),
+            rival: high(self.rival),
+            outline: high(self.outline),
+            visible: low(self.visible),
+            colour: high(self.colour),
+            sigma_mm: high(self.sigma_mm),
+            flat: low(self.flat),
+            separation: low(self.separation),
+            clutter: high(self.clutter),
+            ..self
+        }
+    }
+}
+
 /// Outline rays needed for the outline test.
 pub const MIN_OUTLINE: u16 = 6;
 
 impl Gate {
     /// The first test that fails, in the order of [`RefusalCode`].
     pub fn refusal(&self, f: &Findings) -> Option<Refusal> {
-        let above = |code, value: f32, limit: f32| (!(value <= limit)).then_some(Refusal { code, value, limit });
-        let below = |code, value: f32, limit: f32| (!(value >= limit)).then_some(Refusal { code, value, limit });
-        let through = f32::from(f.through) / f32::from(f.explained).max(1.0);
+        let above =
+            |code, value: f32, limit: f32| (!(value <= limit)).then_some(Refusal { code, value, limit });
+        let below =
+            |code, value: f32, limit: f32| (!(value >= limit)).then_some(Refusal { code, value, limit });
+        let through = f32::from(f.through) / if f.explained > 0 { f32::from(f.explained) } else { 1.0 };
         below(RefusalCode::FewPoints, f32::from(f.explained), f32::from(self.min_points))
             .or_else(|| above(RefusalCode::SizeConflict, f.size_conflict, self.size_conflict))
             .or_else(|| above(RefusalCode::SizeUnknown, f.size_sigma, self.size_unknown))
             .or_else(|| above(RefusalCode::Ambiguous, f.rival, self.ambiguous))
             .or_else(|| {
-                if f.outline_rays < MIN_OUTLINE { None } else { above(RefusalCode::Outline, f.outline, self.outline) }
+                if f.outline_rays < MIN_OUTLINE {
+                    None
+                } else {
+                    above(RefusalCode::Outline, f.outline, self.outline)
+                }
             })
             .or_else(|| below(RefusalCode::Visible, f.visible, self.visible))
             .or_else(|| above(RefusalCode::Colour, f.colour, self.colour))

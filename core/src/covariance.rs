@@ -81,12 +81,13 @@ impl Covariance {
             xz: self.entry(2, 0),
             yz: self.entry(2, 1),
         };
-        libm::sqrtf(crate::jacobi::eigen(&block).values[2])
+        let [_, _, largest] = crate::jacobi::eigen(&block).values;
+        if largest > 0.0 { libm::sqrtf(largest) } else { 0.0 }
     }
 }
 
 /// Covariance from the normal equations at `estimate`, for the axes in the order of `ellipsoid` (the sorted form of the
-/// same body; `order[k]` is the index in the estimate of its k-th semi-axis). `None` when the matrix is singular.
+/// same body; `order[k]` is the index in the estimate of its k-th semi-axis). `None` when the matrix is singular or the result not finite.
 pub(crate) fn covariance(
     normal: &Normal,
     estimate: &Estimate,
@@ -103,16 +104,16 @@ pub(crate) fn covariance(
     for (target, source) in body.0.iter_mut().zip(inverse.0) {
         *target = inflation * source;
     }
-    Some(in_cloud(&body, estimate, ellipsoid, order))
+    in_cloud(&body, estimate, ellipsoid, order)
 }
 
-/// Covariance of the body parameters (see [`Estimate`]) in the terms of [`Covariance`].
+/// Covariance of the body parameters (see [`Estimate`]) in the terms of [`Covariance`]; `None` when it is not finite.
 pub(crate) fn in_cloud(
     body: &Symmetric9,
     estimate: &Estimate,
     ellipsoid: &Ellipsoid,
     order: [usize; 3],
-) -> Covariance {
+) -> Option<Covariance> {
     // y = T x: centre and rotation from the body's axes into the frame of the cloud (the turn of the axes is the
     // reverse of the turn of the coordinates, hence the sign), logarithms into millimetres.
     let mut transform = [[0.0_f32; N]; N];
@@ -128,7 +129,8 @@ pub(crate) fn in_cloud(
             }
         }
     }
-    Covariance(congruence(&transform, body))
+    let covariance = Covariance(congruence(&transform, body));
+    covariance.packed().iter().all(|entry| entry.is_finite()).then_some(covariance)
 }
 
 /// `T S T^T`, lower triangle; each entry of `T S` and of the product is summed in ascending order.

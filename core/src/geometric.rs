@@ -82,6 +82,7 @@ pub fn fit(cloud: &[Point3], list: &[u16], criterion: Criterion) -> Result<Fitte
         centre: [centre.x, centre.y, centre.z],
         axes: start.axes,
         ln_axes: start.semi_axes.map(|a| libm::logf(a * frame.scale)),
+        boxiness: 0.0,
     };
     let mut best = Sums::at(estimate, cloud, list, &frame);
     if criterion == Criterion::Geometric {
@@ -185,7 +186,7 @@ impl Sums {
                     covariance(&normal, &self.estimate, &local, order, 1.0)
                 }
                 Criterion::Algebraic => sandwich(&self.algebraic, variance)
-                    .map(|body| in_cloud(&body, &self.estimate, &local, order)),
+                    .and_then(|body| in_cloud(&body, &self.estimate, &local, order)),
             }
         } else {
             None

@@ -17,9 +17,9 @@ use crate::{
 };
 
 /// Points of a hypothesis.
-pub const SAMPLE: usize = 8;
+pub(crate) const SAMPLE: usize = 8;
 /// Pull of the deviator towards the sphere, per point.
-pub const RIDGE: f32 = 0.03;
+pub(crate) const RIDGE: f32 = 0.03;
 /// Makes a hypothesis from sampled points; `seed` is the point the sample was drawn around.
 pub(crate) fn hypothesis(
     cloud: &[Point3],
@@ -34,7 +34,7 @@ pub(crate) fn hypothesis(
         let mut moments = Moments::ZERO;
         for &index in sample {
             let contact = model.contact(&at(cloud, index));
-            moments.add(contact.u, contact.value, 1.0 / contact.variance);
+            moments.add(contact.u, contact.value, terms.independence / contact.variance);
         }
         let mut normal = Normal::new(&moments, &model.constants());
         normal.add_prior(&terms.prior, &estimate.ln_axes);
@@ -99,18 +99,15 @@ fn start(
     };
     let ray = [seed.x, seed.y, seed.z];
     let range = libm::sqrtf(ray[0] * ray[0] + ray[1] * ray[1] + ray[2] * ray[2]);
-    let v = ray.map(|x| x / range);
+    let v = if range > 0.0 { ray.map(|x| x / range) } else { [0.0, 0.0, 1.0] };
     let determinant = shape.determinant();
     let g = shape.adjugate().times([0.5 * b1, 0.5 * b2, 0.5 * b3]);
     let local = g.map(|x| -(x / determinant) * short);
     let depth = local[0] * v[0] + local[1] * v[1] + local[2] * v[2];
     let reach = local[0] * local[0] + local[1] * local[1] + local[2] * local[2];
     let behind = viewpoint == Viewpoint::None || (depth > 0.3 * short && depth < 1.2 * long);
-    let offset = if determinant > 0.0 && behind && reach < long * long * 1.5 {
-        local
-    } else {
-        v.map(|x| x * short)
-    };
+    let offset =
+        if determinant > 0.0 && behind && reach < long * long * 1.5 { local } else { v.map(|x| x * short) };
     let eigen = jacobi::eigen(&shape);
     // Right-handed: turn the third axis if need be.
     let [a, b, _] = eigen.vectors;
@@ -119,5 +116,6 @@ fn start(
         centre: [seed.x + offset[0], seed.y + offset[1], seed.z + offset[2]],
         axes: [a, b, c],
         ln_axes: prior.mean_ln,
+        boxiness: 0.0,
     })
 }

@@ -49,46 +49,60 @@
 
 pub mod accept;
 mod config;
-pub mod covariance;
-mod hypothesis;
-mod map;
-mod moments;
-pub mod mixture;
-pub mod outline;
-pub mod prior;
-pub mod refine;
-pub mod residual;
-mod size;
-pub mod visibility;
+mod covariance;
 mod detect;
 mod ellipsoid;
+mod field;
 pub mod fit;
 mod foot;
 pub mod geometric;
+mod hypothesis;
 pub mod jacobi;
 pub mod kdtree;
 pub mod linalg;
 #[cfg(feature = "link")]
 pub mod link;
+mod map;
+pub mod mixture;
+mod moments;
+mod nuisance;
 mod observe;
 mod order;
+mod outline;
+mod paper;
 pub mod point;
+mod prior;
 mod quadric;
+mod refine;
+pub mod residual;
 pub mod rng;
+mod size;
 pub mod tebc;
 pub mod trials;
 mod varsac;
+pub mod visibility;
 mod workspace;
 
-pub use config::{Config, MapConfig, Method, ConfigError, MAX_REFITS, MAX_SAMPLE, MAX_SIZES, MAX_TARGETS, MAX_TRIALS};
-pub use detect::{Status, View, Detection, Detections, Detector, Finish, Step};
+pub use accept::{Findings, Gate, Refusal, RefusalCode};
+pub use config::{
+    Config, ConfigError, MAX_REFITS, MAX_SAMPLE, MAX_SIZES, MAX_TARGETS, MAX_TRIALS, MapConfig, Method,
+};
+pub use covariance::{Covariance, Inflation};
+pub use detect::{Detection, Detections, Detector, Finish, Status, Step};
 pub use ellipsoid::Ellipsoid;
+pub use field::View;
 pub use fit::Constraint;
-pub use observe::Observer;
+pub use map::MAX_FRUIT;
+pub use observe::{Observer, Stage};
+pub use outline::{MAX_OUTLINE, OutlineRay};
 pub use point::{CloudError, Point3, PointBuffer, Vector3};
+pub use prior::SizePrior;
 pub use quadric::{CentralQuadric, Invariants, Quadric};
+pub use refine::Estimate;
+pub use residual::{Noise, Viewpoint};
 pub use tebc::Score;
 pub use varsac::{Rejection, VarsacReport};
+pub use visibility::Support;
 pub use workspace::{Scratch, Workspace};
 
 /// Version of this crate: major, minor, patch.

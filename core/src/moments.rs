@@ -120,11 +120,8 @@ mod tests {
         for k in 0..50 {
             let (t, w) = (k as f32, 1.0 + 0.1 * k as f32);
             let (theta, phi) = (0.03 * t, 2.4 * t);
-            let u = [
-                libm::cosf(theta),
-                libm::sinf(theta) * libm::cosf(phi),
-                libm::sinf(theta) * libm::sinf(phi),
-            ];
+            let u =
+                [libm::cosf(theta), libm::sinf(theta) * libm::cosf(phi), libm::sinf(theta) * libm::sinf(phi)];
             let [x, y, z] = u;
             let phi = [x, y, z, y * z, z * x, x * y, x * x, y * y, z * z];
             let row = core::array::from_fn(|i| s[i] * phi[i]);
@@ -133,7 +130,10 @@ mod tests {
         }
         let (matrix, gradient) = moments.normal(&s);
         for (i, (value, expected)) in matrix.0.iter().zip(plain.matrix.0).enumerate() {
-            assert!((value - expected).abs() < 2e-5 * (1.0 + expected.abs()), "entry {i}: {value} {expected}");
+            assert!(
+                (value - expected).abs() < 2e-5 * (1.0 + expected.abs()),
+                "entry {i}: {value} {expected}"
+            );
         }
         for (value, expected) in gradient.iter().zip(plain.gradient) {
             assert!((value - expected).abs() < 2e-5 * (1.0 + expected.abs()));

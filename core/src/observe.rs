@@ -3,7 +3,25 @@
 //! Each method is called once where its stage happens and does nothing by default; the search with `()` as observer
 //! compiles to the search alone.
 
-use crate::{CentralQuadric, Detection, Quadric, Rejection, Score, linalg::Symmetric9};
+use crate::{
+    CentralQuadric, Detection, Noise, Quadric, Rejection, Score, linalg::Symmetric9, refine::Estimate,
+    visibility::Support,
+};
+
+/// Where in the default search an estimate stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// Made from a sample.
+    Hypothesis,
+    /// After a step of refinement.
+    Refined,
+    /// After a step of the final fit.
+    Final,
+    /// After a step of the fit beside its neighbours.
+    Joint,
+    /// After a step with its size set almost free.
+    Free,
+}
 
 /// Sees what the search does, in order. Index lists are in ascending order where not stated otherwise.
 #[allow(unused_variables, reason = "the defaults ignore what they are shown")]
@@ -30,7 +48,13 @@ pub trait Observer {
     fn bound(&mut self, trials: u32) {}
     /// The best hypothesis after a least-squares refit on its inliers.
     fn refit(&mut self, surface: &CentralQuadric) {}
-    /// A target leaves the cloud.
+    /// A model of the default search.
+    fn estimate(&mut self, stage: Stage, estimate: &Estimate) {}
+    /// What speaks for it.
+    fn support(&mut self, support: &Support) {}
+    /// The noise that its residuals show.
+    fn noise(&mut self, noise: &Noise) {}
+    /// A target is handed out.
     fn detection(&mut self, detection: &Detection) {}
 }
 

@@ -12,11 +12,12 @@
 
 use crate::{
     Point3,
-    linalg::N,
-    moments::Moments,
-    refine::Normal,
+    nuisance::fullness,
     residual::{RayModel, dot},
 };
+
+/// Outline rays a view may have.
+pub const MAX_OUTLINE: usize = 4096;
 
 /// One ray that touches the fruit's outline.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,48 +84,19 @@ impl OutlineRay {
 }
 
 impl Touch {
-    /// `F^2 / variance`.
-    pub(crate) fn square(&self) -> f32 {
-        (self.value * self.value) / (self.sigma_squared * self.leverage_squared)
-    }
-}
-
-/// What couples the rays' common displacement to the nine parameters.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Displacement {
-    /// `H_dd`.
-    information: f32,
-    /// `H_d theta` without the constants of the model.
-    coupling: [f32; N],
-    /// `g_d`.
-    gradient: f32,
-}
-
-impl Displacement {
-    /// Only the prior of the displacement, standard deviation `offset_rad`.
-    pub(crate) fn new(offset_rad: f32) -> Self {
-        Self { information: 1.0 / (offset_rad * offset_rad), coupling: [0.0; N], gradient: 0.0 }
+    /// Variance of `F`.
+    pub(crate) fn variance(&self) -> f32 {
+        self.sigma_squared * self.leverage_squared
     }
 
-    /// Adds one ray with weight `w`; its share of the nine parameters goes to the moments.
-    pub(crate) fn add(&mut self, moments: &mut Moments, touch: &Touch, weight: f32) {
-        let precision = weight / touch.sigma_squared;
-        moments.add(touch.u, touch.value, precision / touch.leverage_squared);
-        let lever = precision / libm::sqrtf(touch.leverage_squared);
-        self.information += precision;
-        let [x, y, z] = touch.u;
-        for (sum, phi) in self.coupling.iter_mut().zip([x, y, z, y * z, z * x, x * y, x * x, y * y, z * z]) {
-            *sum -= lever * phi;
-        }
-        self.gradient -= lever * touch.value;
+    /// `k`: how fast `F` falls as the ray is displaced outward.
+    pub(crate) fn lever(&self) -> f32 {
+        libm::sqrtf(self.leverage_squared)
     }
 
-    /// Eliminates the displacement: `H - h h^T / H_dd`, `g - h g_d / H_dd`; `s` are the constants of the model.
-    pub(crate) fn eliminate(&self, normal: &mut Normal, s: &[f32; N]) {
-        let mut row = self.coupling;
-        for k in 0..N {
-            row[k] *= s[k];
-        }
-        normal.add(&row, self.gradient, -(1.0 / self.information));
+    /// `F^2 / variance`, the body's surface at `1 + boxiness phi`.
+    pub(crate) fn square(&self, boxiness: f32) -> f32 {
+        let value = self.value - boxiness * fullness(self.u);
+        (value * value) / self.variance()
     }
 }

@@ -49,6 +49,11 @@ pub enum CloudError {
         /// Points there is room for.
         capacity: u32,
     },
+    /// The view has more outline rays than [`MAX_OUTLINE`](crate::MAX_OUTLINE).
+    TooManyRays {
+        /// Rays in the view.
+        count: u32,
+    },
 }
 
 impl core::fmt::Display for CloudError {
@@ -64,6 +69,9 @@ impl core::fmt::Display for CloudError {
                     f,
                     "point {index}: {name} is {value}; coordinates must be finite and within +-{MAX_COORDINATE:e}"
                 )
+            }
+            Self::TooManyRays { count } => {
+                write!(f, "the view has {count} outline rays; thin them to {} or fewer", crate::MAX_OUTLINE)
             }
             Self::TooManyPoints { count, capacity } => {
                 write!(

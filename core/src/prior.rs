@@ -34,8 +34,31 @@ pub struct SizeTerm {
 
 impl SizePrior {
     /// Jujube: Lingwu long jujube, 22 x 11 x 11 mm.
-    pub const JUJUBE: Self =
-        Self { semi_axes_mm: [21.75, 10.9, 10.9], spread: [0.035, 0.06, 0.06], spread_ab: f32::INFINITY, spread_bc: 0.08 };
+    pub const JUJUBE: Self = Self {
+        semi_axes_mm: [21.75, 10.9, 10.9],
+        spread: [0.035, 0.06, 0.06],
+        spread_ab: f32::INFINITY,
+        spread_bc: 0.08,
+    };
+
+    /// Apple: 75 mm across, 66 mm high, flattened along the core.
+    pub const APPLE: Self = Self::of([38.0, 37.0, 34.0], 0.12, 0.07, 0.10);
+    /// Tomato: 70 mm across, 58 mm high.
+    pub const TOMATO: Self = Self::of([35.0, 34.0, 29.0], 0.14, 0.05, 0.10);
+    /// Lemon: 68 mm long, 54 mm across.
+    pub const LEMON: Self = Self::of([34.0, 27.0, 26.5], 0.10, 0.10, 0.04);
+    /// Kiwi fruit: 66 mm long, 54 and 49 mm across.
+    pub const KIWI: Self = Self::of([33.0, 27.0, 24.5], 0.08, 0.08, 0.06);
+    /// Hen's egg: 57 mm long, 44 mm across.
+    pub const EGG: Self = Self::of([28.5, 22.0, 21.9], 0.05, 0.05, 0.02);
+    /// Cherry tomato: 29 mm long, 26 mm across.
+    pub const CHERRY_TOMATO: Self = Self::of([14.5, 13.3, 13.0], 0.15, 0.12, 0.05);
+
+    /// Fruit whose size varies as a whole by `spread` and whose proportions vary by `spread_ab` and `spread_bc`. (Three semi-axes,
+    /// each with its own term, tell the common size three times: each deviation is `sqrt 3` times that of the whole.)
+    pub const fn of(semi_axes_mm: [f32; 3], spread: f32, spread_ab: f32, spread_bc: f32) -> Self {
+        Self { semi_axes_mm, spread: [1.732_050_8 * spread; 3], spread_ab, spread_bc }
+    }
 
     /// The same with another spread of the whole size.
     pub const fn with_spread(self, spread: f32) -> Self {

@@ -6,9 +6,11 @@
 
 use crate::{
     Ellipsoid, Point3,
+    field::Field,
     linalg::{N, Symmetric9},
     moments::Moments,
-    outline::{Displacement, OutlineRay},
+    nuisance::{Follower, Nuisances, fullness},
+    outline::OutlineRay,
     point::at,
     prior::SizeTerm,
     residual::{Noise, RayModel, Viewpoint},
@@ -23,6 +25,8 @@ pub struct Estimate {
     pub axes: [[f32; 3]; 3],
     /// `ln a, ln b, ln c`.
     pub ln_axes: [f32; 3],
+    /// `k` of [`crate::nuisance`].
+    pub boxiness: f32,
 }
 
 /// Normal equations under construction.
@@ -32,6 +36,8 @@ pub struct Normal {
     pub matrix: Symmetric9,
     /// `g`.
     pub gradient: [f32; N],
+    /// What the boxiness does when the nine parameters move.
+    pub(crate) boxiness: Follower,
 }
 
 /// Added to the diagonal of the rotations, rad^-2: turning a spheroid about its long axis changes nothing it can be
@@ -47,12 +53,12 @@ const SIZE_LIMIT: f32 = 0.3;
 
 impl Normal {
     /// No information.
-    pub const ZERO: Self = Self { matrix: Symmetric9::ZERO, gradient: [0.0; N] };
+    pub const ZERO: Self = Self { matrix: Symmetric9::ZERO, gradient: [0.0; N], boxiness: Follower::STILL };
 
     /// From moments and the constants of the model.
     pub(crate) fn new(moments: &Moments, constants: &[f32; N]) -> Self {
         let (matrix, gradient) = moments.normal(constants);
-        Self { matrix, gradient }
+        Self { matrix, gradient, boxiness: Follower::STILL }
     }
 
     /// Adds one residual `F` with weight `w / var`.
@@ -114,8 +120,11 @@ pub(crate) struct Evidence<'a> {
     pub(crate) cloud: &'a [Point3],
     /// Points near the model, ascending.
     pub(crate) members: &'a [u16],
-    /// A claimed point belongs to another fruit: it cannot lie on this one, but it can be seen beside it.
-    pub(crate) labels: &'a [u8],
+    labels: &'a [u8],
+    /// Points of the mask: those before this index.
+    in_mask: usize,
+    /// Label of the model's own points.
+    own: u8,
     pub(crate) outline: &'a [OutlineRay],
 }
 
@@ -129,6 +138,10 @@ pub(crate) struct Terms {
     pub(crate) window_mm: f32,
     /// Standard deviation of the displacement common to all outline rays.
     pub(crate) offset_rad: f32,
+    /// Standard deviation of the boxiness; 0: an ellipsoid.
+    pub(crate) boxiness: f32,
+    /// How much a point tells, 0 to 1.
+    pub(crate) independence: f32,
 }
 
 /// `3^2`, Geman-McClure on outline rays.
@@ -136,9 +149,28 @@ pub(crate) const OUTLINE_KERNEL: Kernel = Kernel::GemanMcClure(9.0);
 /// A ray that passes closer to the centre than half way does not ask the model to step aside.
 const DEEP: f32 = 0.25;
 
-impl Evidence<'_> {
-    pub(crate) fn is_live(&self, index: u16) -> bool {
-        self.labels.get(usize::from(index)) == Some(&0)
+impl<'a> Evidence<'a> {
+    /// The first `members` listed points and the outline of the view, for the model whose points are labelled `own`.
+    pub(crate) fn of(field: &'a Field<'_>, members: usize, own: u8) -> Self {
+        Self {
+            cloud: field.view.cloud,
+            members: field.scratch.members.get(..members).unwrap_or(&[]),
+            labels: field.scratch.labels,
+            in_mask: field.view.in_mask,
+            own,
+            outline: field.view.outline,
+        }
+    }
+
+    /// True when the point can lie on the model: it is in the mask, and nobody's or the model's own. Others cannot, but they
+    /// can be seen beside or through it.
+    pub(crate) fn is_open(&self, index: u16) -> bool {
+        usize::from(index) < self.in_mask && self.is_unclaimed(index)
+    }
+
+    /// True when no other fruit has claimed the point.
+    pub(crate) fn is_unclaimed(&self, index: u16) -> bool {
+        self.labels.get(usize::from(index)).is_some_and(|&label| label == 0 || label == self.own)
     }
 
     /// The normal equations at `estimate`: points in order, outline rays in order, displacement eliminated, prior.
@@ -149,6 +181,7 @@ impl Evidence<'_> {
         let ellipsoid = estimate.ellipsoid();
         let model = RayModel::new(&ellipsoid, &terms.noise, terms.viewpoint);
         let mut moments = Moments::ZERO;
+        let mut nuisances = Nuisances::new([terms.offset_rad, terms.boxiness], estimate.boxiness);
         for &index in self.members {
             let mut contact = model.contact(&at(self.cloud, index));
             if contact.gap_mm > terms.window_mm {
@@ -156,27 +189,32 @@ impl Evidence<'_> {
                     continue;
                 }
                 contact = model.beside(&contact);
-            } else if !(contact.gap_mm >= -terms.window_mm && self.is_live(index)) {
+            } else if !(contact.gap_mm >= -terms.window_mm && self.is_open(index)) {
                 continue;
             }
+            let phi = fullness(contact.u);
+            contact.value -= estimate.boxiness * phi;
             if let Some(weight) = kernel.weight(contact.square()) {
-                moments.add(contact.u, contact.value, weight / contact.variance);
+                let w = (weight * terms.independence) / contact.variance;
+                moments.add(contact.u, contact.value, w);
+                nuisances.add_point(contact.u, contact.value, w, phi);
             }
         }
         let [long, _, short] = ellipsoid.semi_axes;
-        let mut displacement = Displacement::new(terms.offset_rad);
         for ray in self.outline {
-            if let Some(touch) = ray.touch(&model, short, long, terms.noise.axial_mm)
-                && let Some(weight) = OUTLINE_KERNEL.weight(touch.square())
-            {
-                displacement.add(&mut moments, &touch, weight);
+            if let Some(touch) = ray.touch(&model, short, long, terms.noise.axial_mm) {
+                let phi = fullness(touch.u);
+                let value = touch.value - estimate.boxiness * phi;
+                if let Some(weight) = OUTLINE_KERNEL.weight((value * value) / touch.variance()) {
+                    let w = weight / touch.variance();
+                    moments.add(touch.u, value, w);
+                    nuisances.add_ray(touch.u, value, w, phi, touch.lever());
+                }
             }
         }
         let constants = model.constants();
         let mut normal = Normal::new(&moments, &constants);
-        if !self.outline.is_empty() {
-            displacement.eliminate(&mut normal, &constants);
-        }
+        nuisances.eliminate(&mut normal, &constants);
         normal.add_prior(&terms.prior, &estimate.ln_axes);
         normal
     }
@@ -197,6 +235,13 @@ impl Estimate {
     pub fn ellipsoid(&self) -> Ellipsoid {
         let [x, y, z] = self.centre;
         Ellipsoid { centre: Point3::new(x, y, z), semi_axes: self.ln_axes.map(libm::expf), axes: self.axes }
+    }
+
+    /// The longest semi-axis, mm.
+    pub(crate) fn longest(&self) -> f32 {
+        let [a, b, c] = self.ln_axes;
+        let ab = if a > b { a } else { b };
+        libm::expf(if ab > c { ab } else { c })
     }
 
     /// The ellipsoid with its semi-axes sorted and the sign rule of [`Ellipsoid`] applied, and for each of them its index
@@ -230,8 +275,9 @@ impl Estimate {
         for k in 3..6 {
             matrix.add_diagonal(k, ROTATION_INFORMATION);
         }
-        let solution = matrix.factor()?.solve(&normal.gradient);
-        self.moved_by(&solution.map(|x| -x), CENTRE_LIMIT * libm::expf(self.ln_axes[2]))
+        let d = matrix.factor()?.solve(&normal.gradient).map(|x| -x);
+        let next = self.moved_by(&d, CENTRE_LIMIT * libm::expf(self.ln_axes[2]))?;
+        Some(Self { boxiness: self.boxiness + normal.boxiness.follow(&d), ..next })
     }
 
     /// Moves by a step of the nine parameters, shortened where it is too bold: centre to `centre_limit`, rotation to half a
@@ -244,6 +290,7 @@ impl Estimate {
             centre: moved(&self.centre, &self.axes, centre),
             axes: turned(&self.axes, rotation),
             ln_axes: [self.ln_axes[0] + sizes[0], self.ln_axes[1] + sizes[1], self.ln_axes[2] + sizes[2]],
+            boxiness: self.boxiness,
         };
         d.iter().all(|x| x.is_finite()).then_some(next)
     }

@@ -39,13 +39,6 @@ pub struct Noise {
     pub lateral_rad: f32,
 }
 
-impl Noise {
-    /// Both deviations times a factor.
-    pub(crate) fn scaled(&self, factor: f32) -> Self {
-        Self { axial_mm: self.axial_mm * factor, lateral_rad: self.lateral_rad * factor }
-    }
-}
-
 /// From where the points were seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -244,7 +237,11 @@ impl RayModel {
 
     /// The part of the contact's variance that comes from noise across the ray, 0..=1.
     pub(crate) fn lateral_share(&self, contact: &Contact) -> f32 {
-        let slope = if contact.miss_squared < 1.0 { contact.value / (contact.gap_mm / self.range) } else { 0.0 };
+        if self.viewpoint == Viewpoint::None {
+            return 0.0;
+        }
+        let slope =
+            if contact.miss_squared < 1.0 { contact.value / (contact.gap_mm / self.range) } else { 0.0 };
         1.0 - self.axial * (slope * slope) / contact.variance
     }
 

@@ -42,14 +42,25 @@ pub(crate) fn size_evidence(
     let apart = departure(free, free_ln, tight);
     match (dropped, apart) {
         (Some(dropped), Some((apart, sigma))) => {
-            SizeEvidence { conflict: if dropped > apart { dropped } else { apart }, sigma }
+            let conflict = if dropped > apart { dropped } else { apart };
+            SizeEvidence { conflict: known(conflict), sigma: known(sigma) }
         }
         _ => SizeEvidence { conflict: f32::INFINITY, sigma: f32::INFINITY },
     }
 }
 
+/// What is no number is as bad as can be; its bits would differ between machines.
+fn known(value: f32) -> f32 {
+    if value.is_nan() { f32::INFINITY } else { value }
+}
+
 /// `q1`; the loose prior stays, so that the equations have a solution whatever the view.
-fn gain_without_prior(normal: &Normal, ln_axes: &[f32; 3], tight: &SizeTerm, loose: &SizeTerm) -> Option<f32> {
+fn gain_without_prior(
+    normal: &Normal,
+    ln_axes: &[f32; 3],
+    tight: &SizeTerm,
+    loose: &SizeTerm,
+) -> Option<f32> {
     let d = tight.departure(ln_axes);
     let (p, l) = (&tight.information, &loose.information);
     let (pd, ld) = (p.times(d), l.times(d));

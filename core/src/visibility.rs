@@ -72,9 +72,9 @@ impl Evidence<'_> {
         let [long, _, short] = ellipsoid.semi_axes;
         for ray in self.outline {
             if let Some(touch) = ray.touch(&model, short, long, terms.noise.axial_mm)
-                && touch.square() < CUT
+                && touch.square(estimate.boxiness) < CUT
             {
-                support.score += OUTLINE_WORTH * (1.0 - touch.square() / CUT);
+                support.score += OUTLINE_WORTH * (1.0 - touch.square(estimate.boxiness) / CUT);
             }
         }
         let mut left = self.members.len() as f32;
@@ -82,18 +82,19 @@ impl Evidence<'_> {
             left -= 1.0;
             match sight(&model.contact(&at(self.cloud, index)), terms.window_mm) {
                 Sight::Explained(square) => {
-                    if self.is_live(index) {
-                        support.score += 1.0 - square / CUT;
+                    if self.is_open(index) {
+                        support.score += terms.independence * (1.0 - square / CUT);
                         support.explained += 1;
                     }
                 }
                 Sight::Through => {
-                    support.score -= VIOLATION;
+                    support.score -= terms.independence * VIOLATION;
                     support.through += 1;
                 }
                 Sight::Unrelated => {}
             }
-            if support.score + left <= floor {
+            // Written so that a score that is no number has no support.
+            if !(support.score + terms.independence * left > floor) {
                 return None;
             }
         }
@@ -101,16 +102,16 @@ impl Evidence<'_> {
     }
 }
 
-/// Pixels the whole near side of an ellipsoid covers in a camera with square pixels of `pixel_rad`, rad at the image
+/// Pixels the whole near side of an ellipsoid covers in a camera with square pixels of `pitch_rad`, rad at the image
 /// centre: the area of its shadow along the ray of its centre, `pi sqrt((bc v1)^2 + (ca v2)^2 + (ab v3)^2)` with `v` the
 /// direction in the body's frame, over a pixel's footprint there.
-pub fn predicted_pixels(ellipsoid: &Ellipsoid, pixel_rad: f32) -> f32 {
+pub fn predicted_pixels(ellipsoid: &Ellipsoid, pitch_rad: f32) -> f32 {
     let centre = [ellipsoid.centre.x, ellipsoid.centre.y, ellipsoid.centre.z];
     let [a, b, c] = ellipsoid.semi_axes;
     let [ra, rb, rc] = ellipsoid.axes;
     let shadow = [(b * c) * dot(ra, centre), (c * a) * dot(rb, centre), (a * b) * dot(rc, centre)];
     // Area of the shadow times the range; the range and the cosine of the footprint leave z |c| / |c| = z.
     let area = core::f32::consts::PI * libm::sqrtf(dot(shadow, shadow));
-    let footprint = pixel_rad * centre[2];
+    let footprint = pitch_rad * centre[2];
     area / ((footprint * footprint) * centre[2])
 }

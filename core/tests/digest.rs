@@ -11,7 +11,7 @@ use varsac_core::{
 };
 
 /// Version of `core/docs/numerics.md` that the digests belong to.
-const CONTRACT_VERSION: u32 = 1;
+const CONTRACT_VERSION: u32 = 2;
 const VECTORS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/vectors/digest.txt");
 
 // ---- Clouds ----
@@ -122,11 +122,11 @@ const JUJUBE: [f32; 3] = [22.0, 11.0, 11.0];
 type Family = (&'static str, u64, fn() -> Config, fn(&mut Dice) -> Vec<Point3>);
 
 const FAMILIES: [Family; 10] = [
-    ("jujube-clean", 40, Config::jujube, |dice| view(dice, JUJUBE, 1, 0.0, 0)),
-    ("jujube-noisy", 40, Config::jujube, |dice| view(dice, JUJUBE, 1, 0.5, 40)),
+    ("jujube-clean", 40, || Config::jujube().paper(), |dice| view(dice, JUJUBE, 1, 0.0, 0)),
+    ("jujube-noisy", 40, || Config::jujube().paper(), |dice| view(dice, JUJUBE, 1, 0.5, 40)),
     ("jujubes-trace", 30, trace, |dice| view(dice, JUJUBE, 3, 0.2, 60)),
     ("table5-cluttered", 20, Config::table5, |dice| view(dice, JUJUBE, 1, 1.0, 80)),
-    ("apple", 20, Config::apple, |dice| view(dice, [40.0, 38.0, 36.0], 1, 1.0, 20)),
+    ("apple", 20, || Config::apple().paper(), |dice| view(dice, [40.0, 38.0, 36.0], 1, 1.0, 20)),
     ("generic", 20, Config::generic, |dice| view(dice, [30.0, 22.0, 14.0], 2, 0.3, 30)),
     ("table2", 20, Config::table2, simulation),
     ("table2-wide", 40, Config::table2_wide, simulation),
@@ -135,7 +135,13 @@ const FAMILIES: [Family; 10] = [
 ];
 
 fn trace() -> Config {
-    Config { constraint: Constraint::Trace, min_ratio: 0.2, refits: 10, max_failures: 2, ..Config::jujube() }
+    Config {
+        constraint: Constraint::Trace,
+        min_ratio: 0.2,
+        refits: 10,
+        max_failures: 2,
+        ..Config::jujube().paper()
+    }
 }
 
 fn whole() -> Config {

@@ -242,6 +242,9 @@ impl Desk {
                         varsac_core::CloudError::TooManyPoints { capacity, .. } => {
                             Reason::Capacity.nack(capacity)
                         }
+                        varsac_core::CloudError::TooManyRays { .. } => {
+                            Reason::Capacity.nack(varsac_core::MAX_OUTLINE as u32)
+                        }
                     }
                 })
             }

@@ -214,7 +214,7 @@ impl View<'_> {
 }
 
 /// Largest minus smallest measured depth of the 3x3 neighbourhood of a pixel, millimetres.
-fn depth_span_mm(depth: &DepthImage, u: usize, v: usize) -> f32 {
+pub(crate) fn depth_span_mm(depth: &DepthImage, u: usize, v: usize) -> f32 {
     let (mut nearest, mut farthest) = (f32::INFINITY, 0.0_f32);
     for dv in -1..=1 {
         for du in -1..=1 {

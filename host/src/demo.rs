@@ -7,7 +7,6 @@ use std::fmt::Write as _;
 use std::time::Duration;
 
 use crate::{
-    backproject::PointOptions,
     error::InputError,
     eval::{
         EllipsoidF64,
@@ -16,7 +15,7 @@ use crate::{
     },
     frame::{Frame, Geometry},
     fruit::Fruit,
-    locate::{Camera, Located, MAX_CAPACITY, Method, Options, REGION_CAPACITY, RegionSource, locate_frame},
+    locate::{Camera, Located, Options, RegionSource, locate_frame},
     segment,
     synth::{KinectRig, Scene, SceneOptions, SensorOptions, TrueFruit, render_kinect},
 };
@@ -61,15 +60,8 @@ pub fn run(seed: u64) -> Result<Demo, InputError> {
         mask: None,
         instances: Some(rendered.instances),
     };
-    let options = Options {
-        method: Method::Varsac,
-        config: Fruit::Jujube.config(),
-        regions: RegionSource::Colour(segment::preset(Fruit::Jujube.name())),
-        points: PointOptions::default(),
-        seed,
-        region_capacity: REGION_CAPACITY,
-        cloud_capacity: MAX_CAPACITY,
-    };
+    let colour = RegionSource::Colour(segment::preset(Fruit::Jujube.name()));
+    let options = Options::new(Fruit::Jujube.config(), colour, seed);
     let located = locate_frame("demo", &frame, &options)?;
     let camera = Camera::of(&frame)?;
     Ok(Demo { frame, camera, located, truth: rendered.fruits })

@@ -1,9 +1,9 @@
-//! The kinds of fruit a user can name, and what each name sets: size limits, neighbourhood and sampling.
+//! The kinds of fruit a user can name, and what each name sets: size, its spread, and the limits of the paper's search.
 //!
 //! Colour presets of the same names are in [`crate::segment`].
 
 use clap::ValueEnum;
-use varsac_core::Config;
+use varsac_core::{Config, MapConfig, SizePrior};
 
 /// `--fruit`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -44,22 +44,30 @@ impl Fruit {
         }
     }
 
-    /// The configuration of the paper's search for this fruit. Limits are about 0.8 times the shortest and 1.25 times
-    /// the longest semi-axis of the sizes named above; the radius spans the fruit from a point in the middle of its visible side.
+    /// The configuration for this fruit: the default search with the fruit's size. Limits of the paper's search are about
+    /// 0.8 times the shortest and 1.25 times the longest semi-axis of the sizes named above; its radius spans the fruit from
+    /// a point in the middle of its visible side.
     pub fn config(self) -> Config {
-        let sized =
-            |min, max, radius| Config { semi_axis_min: min, semi_axis_max: max, radius, ..Config::jujube() };
+        let sized = |prior, min, max, radius| Config {
+            semi_axis_min: min,
+            semi_axis_max: max,
+            radius,
+            map: MapConfig::of(prior),
+            ..Config::jujube()
+        };
         match self {
             Self::Jujube => Config::jujube(),
             Self::Apple => Config::apple(),
-            Self::Tomato => sized(20.0, 52.0, 50.0),
-            Self::Lemon => sized(20.0, 42.0, 45.0),
-            Self::Kiwi => sized(18.0, 42.0, 45.0),
-            Self::Egg => sized(17.0, 36.0, 40.0),
-            Self::CherryTomato => Config { semi_axis_min: 8.0, semi_axis_max: 25.0, ..Config::jujube() },
+            Self::Tomato => sized(SizePrior::TOMATO, 20.0, 52.0, 50.0),
+            Self::Lemon => sized(SizePrior::LEMON, 20.0, 42.0, 45.0),
+            Self::Kiwi => sized(SizePrior::KIWI, 18.0, 42.0, 45.0),
+            Self::Egg => sized(SizePrior::EGG, 17.0, 36.0, 40.0),
+            Self::CherryTomato => sized(SizePrior::CHERRY_TOMATO, 8.0, 25.0, 30.0),
             Self::Generic => Config::generic(),
             // Six decades either side of one: unit-scale simulations and surveys in millimetres alike.
-            Self::None => Config { min_ratio: 0.0, ..sized(1e-6, 1e6, f32::INFINITY) },
+            Self::None => {
+                Config { min_ratio: 0.0, ..sized(SizePrior::APPLE, 1e-6, 1e6, f32::INFINITY) }.paper()
+            }
         }
     }
 }

@@ -11,6 +11,7 @@
 //!    [`eval`] holds results against the truth.
 //!
 //! [`check`] holds the core bit for bit against the float reference, which shares no code with it.
+//! [`experiment`] repeats the paper's experiments and ours, with tables and figures.
 //! [`simulate`] has a co-processor do step 4: a thread, an emulated board, or a real one on a serial port.
 //! [`cli`] is the command `varsac`; [`demo`] does all of the above on a rendered Kinect v2 pair.
 //!
@@ -28,6 +29,7 @@ pub mod digest;
 pub mod draw;
 pub mod error;
 pub mod eval;
+pub mod experiment;
 pub mod file;
 pub mod frame;
 pub mod fruit;
@@ -37,6 +39,7 @@ pub mod locate;
 pub mod outline;
 pub mod picture;
 pub mod ply_out;
+pub mod region_view;
 pub mod report;
 pub mod segment;
 pub mod similarity;

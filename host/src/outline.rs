@@ -1,7 +1,7 @@
 //! Outline rays from a depth image: where fruit end and something further away begins.
 //!
 //! In: depth in mm along z, the mask of fruit-coloured pixels, the camera. Out: rays for
-//! [`varsac_core::outline`]. The mask only says where to look, with a tolerance of a pixel; what makes a pair is depth.
+//! [`OutlineRay`]. The mask only says where to look, with a tolerance of a pixel; what makes a pair is depth.
 //! From each valid pixel on or beside the mask one walks outward in the four directions of the grid:
 //! * the pixel on the other side must be of the same surface (within `step_mm`), else the start is a mixed pixel;
 //! * the first valid pixel on the way decides: nearer, or of the same surface: no pair (something covers the fruit, or
@@ -12,9 +12,11 @@
 //! The ray runs through the middle of the pair. Its deviation grows with the steps between the two: half a pixel's
 //! uniform error is 0.29 px.
 
-use varsac_core::{Point3, outline::OutlineRay};
+use varsac_core::{OutlineRay, Point3};
 
-use crate::image::{DepthImage, LabelImage};
+use std::ops::RangeInclusive;
+
+use crate::image::DepthImage;
 
 /// Pixels walked at most.
 const REACH: i64 = 4;
@@ -25,20 +27,20 @@ const WEAK_PX: f64 = 1.2;
 /// A weak pair's ray is this far outside the last pixel on the fruit: the rim lies within the first missing pixels.
 const WEAK_OFFSET_PX: f64 = 0.75;
 
-/// Finds the outline rays of all fruit of a mask, row by row. `ray` gives the direction (x, y, 1) of a pixel, `focal_px` the
+/// Finds the outline rays of all fruit of a mask, row by row within `columns` and `rows`. `ray` gives the direction (x, y, 1) of a pixel, `focal_px` the
 /// focal length (for the deviation), `step_mm` what separates two surfaces: about the shortest semi-axis of the fruit.
 pub fn outline_rays(
     depth: &DepthImage,
-    mask: &LabelImage,
+    (columns, rows): (RangeInclusive<i64>, RangeInclusive<i64>),
+    in_mask: impl Fn(i64, i64) -> bool,
     focal_px: f64,
     ray: impl Fn(f64, f64) -> [f64; 2],
     step_mm: f32,
 ) -> Vec<OutlineRay> {
     let mut rays = Vec::new();
     let at = |u: i64, v: i64| depth.get(u, v).filter(|&z| z > 0.0);
-    let in_mask = |u: i64, v: i64| mask.get(u, v).is_some_and(|label| label > 0);
-    for v in 0..depth.height as i64 {
-        for u in 0..depth.width as i64 {
+    for v in rows {
+        for u in columns.clone() {
             let Some(inner) = at(u, v) else { continue };
             let near_mask = (-1..=1).any(|dv| (-1..=1).any(|du| in_mask(u + du, v + dv)));
             if !near_mask {
@@ -49,7 +51,8 @@ pub fn outline_rays(
                 if !inside.is_some_and(|z| (z - inner).abs() < step_mm) {
                     continue;
                 }
-                let Some((offset_px, sigma_px, outer_mm)) = walk(&at, (u, v), (du, dv), inner, step_mm) else {
+                let Some((offset_px, sigma_px, outer_mm)) = walk(&at, (u, v), (du, dv), inner, step_mm)
+                else {
                     continue;
                 };
                 let [x, y] = ray(u as f64 + offset_px * du as f64, v as f64 + offset_px * dv as f64);
@@ -101,9 +104,7 @@ mod tests {
     fn rays_of(row: [f32; 9]) -> Vec<OutlineRay> {
         let mut depth = Image::filled(9, 1, 0.0);
         depth.pixels.copy_from_slice(&row);
-        let mut mask = Image::filled(9, 1, 0_u8);
-        mask.pixels[..4].fill(255);
-        outline_rays(&depth, &mask, 365.0, |u, v| [u / 365.0, v / 365.0], 10.0)
+        outline_rays(&depth, (0..=8, 0..=0), |u, _| u < 4, 365.0, |u, v| [u / 365.0, v / 365.0], 10.0)
     }
 
     #[test]

@@ -48,7 +48,10 @@ fn overlays(located: &Located) -> Vec<Overlay> {
             }
             Some(refusal) => Status::Refused(format!("{} {:.2}", refusal.code, refusal.value)),
         },
-        centre_covariance_mm2: None,
+        centre_covariance_mm2: target.covariance.map(|c| {
+            let rows = c.rows();
+            [0, 1, 2].map(|i| [0, 1, 2].map(|j| f64::from(rows[i][j])))
+        }),
     };
     located.targets.iter().enumerate().map(overlay).collect()
 }

@@ -92,8 +92,8 @@ impl DetectionReport {
             inliers: target.score.inliers,
             candidates: target.score.candidates,
             trials: target.trials,
-            sigma_centre_mm: None,
-            covariance: None,
+            sigma_centre_mm: target.covariance.map(|c| c.sigma_centre_mm()),
+            covariance: target.covariance.map(|c| c.rows().to_vec()),
             bits: bits(e).to_string(),
         }
     }

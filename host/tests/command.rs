@@ -297,3 +297,25 @@ fn the_demonstration_finds_fruit_and_draws_it() {
     let located = varsac(folder.path(), &["locate", "frame"], "");
     assert_eq!(located.status.code(), Some(0), "{}", text(&located.stderr));
 }
+
+#[test]
+fn an_experiment_prints_its_table_and_writes_its_files() {
+    let folder = folder();
+    let plain = varsac(folder.path(), &["experiment", "fig5", "--seeds", "2", "--out", "new"], "");
+    assert_eq!(plain.status.code(), Some(0), "{}", text(&plain.stderr));
+    assert!(
+        text(&plain.stdout).contains("k, Eq. (15)") && text(&plain.stdout).contains("Report: new/fig5.html")
+    );
+    for file in ["fig5.md", "fig5.json", "fig5.html"] {
+        assert!(folder.path().join("new").join(file).is_file(), "{file}");
+    }
+    let json = varsac(folder.path(), &["experiment", "fig5", "--seeds", "2", "--json"], "");
+    let parsed: Value = serde_json::from_slice(&json.stdout).unwrap();
+    assert_eq!(parsed[0]["tables"][0]["rows"][0]["trials"], 7);
+
+    let list = text(&varsac(folder.path(), &["experiment", "list"], "").stdout);
+    assert!(list.starts_with("fig5"), "{list}");
+    let unknown = varsac(folder.path(), &["experiment", "fig99"], "");
+    assert_eq!(unknown.status.code(), Some(2));
+    assert!(text(&unknown.stderr).contains("fig5"), "{}", text(&unknown.stderr));
+}

@@ -61,7 +61,7 @@ fn the_limits_of_a_board_hold_natively_too() {
     let m3 = by_name("m3").unwrap();
     let mut client = native(limits(Some(m3)));
     let too_large = demo_cloud(1, usize::from(m3.capacity) + 1);
-    let config = Config::jujube();
+    let config = Config::jujube().paper();
     let job = Job { config: &config, cloud: &too_large, seed: 1, step_budget: 0 };
     match client.search(&job, |_| ControlFlow::Continue(())) {
         Err(ClientError::Refused(nack)) => assert_eq!(nack, Reason::Capacity.nack(u32::from(m3.capacity))),
@@ -102,7 +102,7 @@ fn a_search_can_be_ended_by_budget_and_by_the_first_target() {
 #[test]
 fn clouds_that_are_no_clouds_are_refused_with_the_reason() {
     let mut client = native(limits(None));
-    let config = Config::jujube();
+    let config = Config::jujube().paper();
     let mut cloud = demo_cloud(1, 300);
     cloud[117].y = f32::NAN;
     let job = Job { config: &config, cloud: &cloud, seed: 1, step_budget: 0 };
@@ -110,7 +110,7 @@ fn clouds_that_are_no_clouds_are_refused_with_the_reason() {
         Err(ClientError::Refused(nack)) => assert_eq!(nack, Reason::Coordinate.nack(117)),
         other => panic!("{other:?}"),
     }
-    let bad = Config { shell: 2.0, ..Config::jujube() };
+    let bad = Config { shell: 2.0, ..Config::jujube().paper() };
     match client.search(&Job { config: &bad, ..job }, |_| ControlFlow::Continue(())) {
         Err(ClientError::Refused(nack)) => assert_eq!(nack.reason, Reason::Configuration),
         other => panic!("{other:?}"),
@@ -166,7 +166,7 @@ fn board(name: &str, carrier: Carrier) -> (Emulator, Client<Box<dyn Transport>>)
 #[test]
 fn a_large_cloud_through_the_emulated_uart_is_answered() {
     let (_emulator, mut client) = board("m4f", Carrier::Uart);
-    let config = Config { max_trials: 200, ..Config::jujube() };
+    let config = Config { max_trials: 200, ..Config::jujube().paper() };
     // The first search carries the start of the board with it.
     checked(&mut client, &config, &demo_cloud(0, 100), 0);
     let cloud = demo_cloud(1, 2000);
@@ -186,7 +186,7 @@ fn a_large_cloud_through_the_emulated_uart_is_answered() {
 #[test]
 fn shared_memory_carries_clouds_in_bulk() {
     let (_emulator, mut client) = board("m4f", Carrier::Memory);
-    let config = Config { max_trials: 9, ..Config::jujube() };
+    let config = Config { max_trials: 9, ..Config::jujube().paper() };
     checked(&mut client, &config, &demo_cloud(0, 200), 0);
     let start = Instant::now();
     let clouds = 200;
@@ -201,7 +201,7 @@ fn shared_memory_carries_clouds_in_bulk() {
 
 #[test]
 fn either_side_of_an_emulated_link_may_be_restarted() {
-    let config = Config { max_trials: 50, ..Config::jujube() };
+    let config = Config { max_trials: 50, ..Config::jujube().paper() };
     let cloud = demo_cloud(5, 600);
     let detector = must(Detector::new(config.clone()));
     let job = Job { config: &config, cloud: &cloud, seed: 5, step_budget: 0 };

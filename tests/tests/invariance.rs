@@ -118,7 +118,7 @@ fn a_power_of_two_scales_every_bit() {
             let trouble = Trouble { axial_noise_mm: 0.8, outlier_share: 0.2, ..Trouble::default() };
             let view = View::jujube(&mut dice, &trouble);
             let scaled: Vec<Point3> = view.cloud.iter().map(|p| p * factor).collect();
-            let config = Config { max_targets: 1, ..Config::jujube() };
+            let config = Config { max_targets: 1, ..Config::jujube().paper() };
             let large = Config {
                 radius: config.radius * factor,
                 semi_axis_min: config.semi_axis_min * factor,
@@ -176,12 +176,12 @@ fn lone_points_far_away_may_stand_anywhere_in_any_order() {
         let far = |k: usize, start: f32| Point3::new(start + 100.0 * k as f32, -5000.0, 2000.0);
         let mut cloud = view.cloud.clone();
         cloud.extend((0..60).map(|k| far(k, 0.0)));
-        let (expected, labels) = detect(&Config::jujube(), &cloud, case);
+        let (expected, labels) = detect(&Config::jujube().paper(), &cloud, case);
         assert!(!expected.is_empty());
 
         let mut elsewhere = view.cloud.clone();
         elsewhere.extend(dice.sample(60, 60).into_iter().map(|k| far(usize::from(k), -40_000.0)));
-        assert_eq!(detect(&Config::jujube(), &elsewhere, case), (expected, labels), "case {case}");
+        assert_eq!(detect(&Config::jujube().paper(), &elsewhere, case), (expected, labels), "case {case}");
     }
 }
 
@@ -245,9 +245,9 @@ fn centres_of_seeds(config: &Config, cloud: impl Fn(u64) -> Vec<Point3>) -> Samp
 #[test]
 fn other_seeds_give_similar_answers() {
     let views = |noise_mm| move |case| noisy_view("other seeds", case, noise_mm).cloud;
-    let clean = centres_of_seeds(&Config::jujube(), views(0.0));
+    let clean = centres_of_seeds(&Config::jujube().paper(), views(0.0));
     limit::OTHER_SEED_CLEAN.check(clean.max());
-    let noisy = centres_of_seeds(&Config::jujube(), views(0.3));
+    let noisy = centres_of_seeds(&Config::jujube().paper(), views(0.3));
     limit::OTHER_SEED_NOISY.check(noisy.quantile(0.5));
     let whole = Config { refits: 10, ..Config::table2_wide() };
     let whole = centres_of_seeds(&whole, |case| {

@@ -32,8 +32,8 @@ const _: () = assert!(align_of::<Search>() <= align_of::<CSearch>());
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn varsac_config_preset(preset: u32, config: *mut CConfig) -> Status {
     let values = match preset {
-        0 => Config::jujube(),
-        1 => Config::apple(),
+        0 => Config::jujube().paper(),
+        1 => Config::apple().paper(),
         2 => Config::generic(),
         3 => Config::table5(),
         4 => Config::table2(),

@@ -114,7 +114,7 @@ impl Blob {
             |value: f32| 0.5 * libm::logf(if value > SOFTENING { value } else { SOFTENING }) + LN_SQRT_3;
         let ln_axes = [e.values[2], e.values[1], e.values[0]].map(half_log);
         let axes = crate::ellipsoid::right_handed([c, b, a]);
-        (Estimate { centre: self.mean, axes, ln_axes }, self.share)
+        (Estimate { centre: self.mean, axes, ln_axes, boxiness: 0.0 }, self.share)
     }
 }
 

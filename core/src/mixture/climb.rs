@@ -123,6 +123,7 @@ mod tests {
             centre: [0.0; 3],
             axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
             ln_axes: [9.0, -9.0, 0.0],
+            boxiness: 0.0,
         };
         hold(&mut estimate);
         let [a, b, c] = estimate.ln_axes.map(libm::expf);

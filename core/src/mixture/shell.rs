@@ -12,7 +12,8 @@ use crate::{
     Point3,
     mixture::{area::ln_area, frame::Frame},
     moments::Moments,
-    outline::{Displacement, OutlineRay},
+    nuisance::Nuisances,
+    outline::OutlineRay,
     point::at,
     refine::{Estimate, Kernel, Normal, OUTLINE_KERNEL},
     residual::{Contact, Noise, RayModel, Viewpoint},
@@ -62,7 +63,7 @@ pub(crate) struct Pass {
     pub(crate) squares: f32,
     /// Sum of `r B phi`, `B` the curvature of [`RayModel::bend`], at most [`BEND`]; orthogonal distances only.
     bend: [f32; 6],
-    displacement: Option<Displacement>,
+    rays: Option<Nuisances>,
 }
 
 /// `d^2 / sigma^2` beyond which a point is not the surface's: `e^-20`.
@@ -117,7 +118,7 @@ impl Shell {
             members: 0.0,
             squares: 0.0,
             bend: [0.0; 6],
-            displacement: None,
+            rays: None,
         };
         for &index in data.list {
             let contact = contact(&model, &data.frame.local(&at(data.cloud, index)), data.distance);
@@ -143,7 +144,7 @@ impl Shell {
             pass.members += r;
             pass.squares += r * square;
         }
-        pass.displacement = self.touch(data, &model, &mut pass.moments);
+        pass.rays = self.touch(data, &model, &mut pass.moments);
         pass
     }
 
@@ -168,31 +169,33 @@ impl Shell {
             let r = k / (1.0 + k);
             moments.add(contact.u, contact.value, (r * (1.0 - (1.0 - r) * square)) / contact.variance);
         }
-        let displacement = self.touch(data, &model, &mut moments);
+        let rays = self.touch(data, &model, &mut moments);
         let constants = model.constants();
         let mut normal = Normal::new(&moments, &constants);
-        if let Some(displacement) = displacement {
-            displacement.eliminate(&mut normal, &constants);
+        if let Some(rays) = rays {
+            rays.eliminate(&mut normal, &constants);
         }
         normal
     }
 
     /// Adds the outline rays that can be the model's.
-    fn touch(&self, data: &Data<'_>, model: &RayModel, moments: &mut Moments) -> Option<Displacement> {
+    fn touch(&self, data: &Data<'_>, model: &RayModel, moments: &mut Moments) -> Option<Nuisances> {
         if data.outline.is_empty() || !matches!(data.distance, Distance::Ray { .. }) {
             return None;
         }
         let (short, long) = (smallest(&self.estimate.ln_axes), largest(&self.estimate.ln_axes));
-        let mut displacement = Displacement::new(data.offset_rad);
+        let mut rays = Nuisances::new([data.offset_rad, 0.0], 0.0);
         for ray in data.outline {
             let local = data.frame.local_ray(ray);
             if let Some(touch) = local.touch(model, short, long, self.sigma)
-                && let Some(weight) = OUTLINE_KERNEL.weight(touch.square())
+                && let Some(weight) = OUTLINE_KERNEL.weight(touch.square(0.0))
             {
-                displacement.add(moments, &touch, weight);
+                let w = weight / touch.variance();
+                moments.add(touch.u, touch.value, w);
+                rays.add_ray(touch.u, touch.value, w, 0.0, touch.lever());
             }
         }
-        Some(displacement)
+        Some(rays)
     }
 
     /// Gain over uniform clutter, natural logarithm, of all listed points together.
@@ -270,8 +273,8 @@ impl Pass {
     /// curvature at each point. `weight` is 1/2, or less for less.
     pub(crate) fn normal(&self, estimate: &Estimate, weight: f32) -> Normal {
         let mut normal = Normal::new(&self.moments, &self.constants);
-        if let Some(displacement) = &self.displacement {
-            displacement.eliminate(&mut normal, &self.constants);
+        if let Some(rays) = &self.rays {
+            rays.eliminate(&mut normal, &self.constants);
         }
         for ((slot, constant), sum) in normal.gradient.iter_mut().zip(self.constants).zip(self.bend) {
             *slot -= (2.0 * weight) * (constant * sum);

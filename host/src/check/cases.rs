@@ -91,7 +91,7 @@ impl Case {
         // Indices are 16 bits wide: of a larger cloud every k-th point is taken.
         let step = chosen.points.len() / 65_535 + 1;
         let cloud = chosen.points.iter().copied().step_by(step).collect();
-        let mut config = Config::jujube();
+        let mut config = Config::jujube().paper();
         vary(&mut config, dice);
         config.max_trials = 1 + dice.below(40);
         Self { family: Family::Recorded, cloud, config, seed: dice.word64() }

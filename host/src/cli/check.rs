@@ -4,14 +4,14 @@ use std::path::Path;
 
 use super::Outcome;
 use crate::{
-    backproject::PointOptions,
     check::{CheckArgs, RecordedCloud},
     cloud::Cloud,
     decimate::decimate,
     error::InputError,
     frame::Frame,
     fruit::Fruit,
-    locate::{REGION_CAPACITY, RegionSource, region_clouds},
+    locate::{RegionSource, views_of},
+    region_view::{RegionView, ViewOptions},
     segment::preset,
 };
 
@@ -29,12 +29,14 @@ fn read(path: &Path, recorded: &mut Vec<RecordedCloud>) -> Result<(), InputError
     let name = path.display().to_string();
     let clouds = if path.is_dir() {
         let colour = RegionSource::Colour(preset(Fruit::Jujube.name()));
-        region_clouds(&name, &Frame::read(path)?, &colour, &PointOptions::default())?
+        views_of(&name, &Frame::read(path)?, &colour, &ViewOptions::of(&Fruit::Jujube.config()))?
     } else {
-        vec![Cloud::read(path, None)?.points_mm]
+        vec![RegionView::of_cloud(
+            decimate(&Cloud::read(path, None)?.points_mm, ViewOptions::CAPACITY).points,
+        )]
     };
-    for cloud in clouds {
-        recorded.push(RecordedCloud { name: name.clone(), points: decimate(&cloud, REGION_CAPACITY).points });
+    for view in clouds {
+        recorded.push(RecordedCloud { name: name.clone(), points: view.points });
     }
     Ok(())
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
-use varsac_core::{Config, Constraint};
+use varsac_core::{Config, Constraint, Gate, SizePrior, Viewpoint};
 
 use super::{Outcome, print};
 use crate::{
@@ -14,7 +14,7 @@ use crate::{
     frame::{Frame, png_file},
     fruit::Fruit,
     locate::{
-        Camera, Here, Located, MAX_CAPACITY, Method, Options, REGION_CAPACITY, RegionSource, Searcher,
+        Camera, CameraNoise, Here, Located, MAX_CAPACITY, Method, Options, RegionSource, Searcher,
         locate_cloud_with, locate_frame_with,
     },
     picture, ply_out,
@@ -45,9 +45,33 @@ pub(super) struct LocateArgs {
     /// Limits of the semi-axes instead of the fruit's, e.g. 9.5..24.5 (millimetres).
     #[arg(long, value_name = "MIN..MAX", value_parser = parse_range)]
     semi_axes: Option<(f32, f32)>,
+    /// Size of the fruit instead of the kind's: mean semi-axes, longest first, each with its relative standard deviation, e.g.
+    /// 21.75,0.035,10.9,0.06 for a fruit with two equal short semi-axes, or six numbers (millimetres). Wide (0.15) where
+    /// sizes vary or are not known well.
+    #[arg(long, value_name = "A,SD,B,SD[,C,SD]", value_delimiter = ',')]
+    prior: Option<Vec<f32>>,
     /// Search method.
-    #[arg(long, value_enum, default_value = "varsac")]
+    #[arg(long, value_enum, default_value = "map")]
     method: Method,
+    /// From where the points were seen: the camera at the origin, or all around (a scanner's complete surface).
+    #[arg(long, value_enum, default_value = "origin")]
+    viewpoint: ViewpointArg,
+    /// How careful to be before a target is accepted.
+    #[arg(long, value_enum, default_value = "balanced")]
+    gate: GateArg,
+    /// Standard deviation of the depth camera along its rays, millimetres [default: 1].
+    #[arg(long, value_name = "MM")]
+    axial_noise: Option<f32>,
+    /// Standard deviation of where a depth pixel looks, depth pixels [default: 0.365; 2 where depth was enlarged].
+    #[arg(long, value_name = "PIXELS")]
+    lateral_noise: Option<f32>,
+    /// How much a depth pixel tells beside one with noise of its own, above 0 to 1 [default: 1; 0.1 where depth was enlarged to
+    /// a finer colour image].
+    #[arg(long, value_name = "SHARE")]
+    independence: Option<f32>,
+    /// Do not use the outline of the fruit in the depth image.
+    #[arg(long)]
+    no_outline: bool,
     /// A table of the paper as configuration, instead of the fruit's.
     #[arg(long, value_enum)]
     preset: Option<Preset>,
@@ -130,6 +154,24 @@ enum Preset {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum ViewpointArg {
+    /// A depth camera: fruit show their near side.
+    Origin,
+    /// Complete surfaces.
+    None,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum GateArg {
+    /// Few, and those are right.
+    Strict,
+    /// The default.
+    Balanced,
+    /// Many, and more of them wrong.
+    Eager,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum ConstraintArg {
     /// a11 = 1, as in the paper.
     A11,
@@ -205,6 +247,28 @@ impl LocateArgs {
         config.min_inliers = self.min_inliers.unwrap_or(config.min_inliers);
         config.min_ratio = self.min_ratio.unwrap_or(config.min_ratio);
         config.max_targets = self.max_targets.unwrap_or(config.max_targets);
+        config.method = match self.method {
+            Method::Map => varsac_core::Method::Map,
+            _ => varsac_core::Method::Varsac,
+        };
+        let map = &mut config.map;
+        if let Some(prior) = &self.prior {
+            map.prior = size_prior(prior);
+        }
+        let limits = match self.gate {
+            GateArg::Strict => Some(Gate::STRICT),
+            GateArg::Balanced => None,
+            GateArg::Eager => Some(Gate::EAGER),
+        };
+        if let Some(gate) = limits {
+            map.gate = gate.scaled(map.prior.semi_axes_mm[2]);
+        } else if self.prior.is_some() {
+            map.gate = Gate::BALANCED.scaled(map.prior.semi_axes_mm[2]);
+        }
+        map.viewpoint = match self.viewpoint {
+            ViewpointArg::Origin => Viewpoint::Origin,
+            ViewpointArg::None => Viewpoint::None,
+        };
         config
     }
 
@@ -236,6 +300,13 @@ impl LocateArgs {
                 format!("give at most {}", varsac_core::MAX_SIZES),
             ));
         }
+        if self.prior.as_ref().is_some_and(|prior| prior.len() != 4 && prior.len() != 6) {
+            return Err(InputError::at(
+                "--prior",
+                "needs four or six numbers",
+                "give A,SD,B,SD (two equal short semi-axes) or A,SD,B,SD,C,SD in millimetres, e.g. 21.75,0.035,10.9,0.06",
+            ));
+        }
         let config = self.config();
         config.check().map_err(|error| {
             InputError::at(format!("--{}", option_of(error.field)), error.to_string(), "change that option")
@@ -246,15 +317,20 @@ impl LocateArgs {
             (None, RegionsArg::Mask) => RegionSource::Mask,
             (None, RegionsArg::Instances) => RegionSource::Instances,
         };
-        Ok(Options {
-            method: self.method,
-            config,
-            regions,
-            points: PointOptions { flying_span_mm: self.flying_span, ..PointOptions::default() },
-            seed: self.seed,
-            region_capacity: self.capacity.unwrap_or(REGION_CAPACITY),
-            cloud_capacity: self.capacity.unwrap_or(MAX_CAPACITY),
-        })
+        let mut options = Options::new(config, regions, self.seed);
+        options.method = self.method;
+        options.views.points = PointOptions { flying_span_mm: self.flying_span, ..PointOptions::default() };
+        options.views.capacity = self.capacity.unwrap_or(options.views.capacity);
+        options.cloud_capacity = self.capacity.unwrap_or(options.cloud_capacity);
+        options.noise = CameraNoise {
+            axial_mm: self.axial_noise,
+            lateral_px: self.lateral_noise,
+            independence: self.independence,
+        };
+        if self.no_outline {
+            options.views.outline_step_mm = None;
+        }
+        Ok(options)
     }
 
     /// The file of this input: the one named, or with several inputs one with the input's name in it.
@@ -268,11 +344,21 @@ impl LocateArgs {
     }
 }
 
+/// The prior of `--prior`: as many numbers as [`LocateArgs::options`] lets through.
+fn size_prior(numbers: &[f32]) -> SizePrior {
+    let at = |k: usize| numbers.get(k).copied().unwrap_or(f32::NAN);
+    let (a, b) = ([at(0), at(1)], [at(2), at(3)]);
+    let c = if numbers.len() == 6 { [at(4), at(5)] } else { b };
+    SizePrior { semi_axes_mm: [a[0], b[0], c[0]], spread: [a[1], b[1], c[1]], ..SizePrior::JUJUBE }
+}
+
 /// The command-line option that sets a field of the configuration.
 fn option_of(field: &str) -> String {
     match field {
         "sample_sizes" => "sizes".to_owned(),
         "semi_axis_min" | "semi_axis_max" => "semi-axes".to_owned(),
+        "map.noise.axial_mm" => "axial-noise".to_owned(),
+        other if other.starts_with("map.prior") => "prior".to_owned(),
         other => other.replace('_', "-"),
     }
 }

@@ -1,10 +1,11 @@
-//! The command line: `varsac demo | locate | simulate | completions`.
+//! The command line: `varsac demo | locate | check | simulate | experiment | completions`.
 //!
 //! Results go to standard output, notes and progress to standard error. Exit code 0: found, 1: nothing found (or a
 //! difference, for `simulate --check`), 2: usage or input that cannot be read.
 
 mod check;
 mod demo;
+mod experiment;
 mod locate;
 mod simulate;
 
@@ -34,6 +35,8 @@ enum Command {
     Check(CheckArgs),
     /// Locate fruit as locate does, but searched by a co-processor: a thread, an emulated board, or a real one.
     Simulate(Box<simulate::SimulateArgs>),
+    /// Repeat an experiment of the paper, or one of ours, and write tables, figures and a report.
+    Experiment(Box<experiment::ExperimentArgs>),
     /// Print the completions of a shell to standard output.
     Completions {
         /// The shell to complete for.
@@ -69,6 +72,7 @@ fn run(cli: Cli) -> Result<Outcome, InputError> {
         Some(Command::Locate(args)) => locate::run(&args),
         Some(Command::Check(args)) => check::run(&args),
         Some(Command::Simulate(args)) => simulate::run(&args),
+        Some(Command::Experiment(args)) => experiment::run(&args),
         Some(Command::Completions { shell }) => {
             clap_complete::generate(shell, &mut Cli::command(), "varsac", &mut std::io::stdout());
             Ok(Outcome::Found)

@@ -270,18 +270,26 @@ fn dashed(pieces: &[Segment], (on, off): (f64, f64)) -> Vec<Segment> {
 /// # Errors
 /// When the file cannot be written, or the picture has no pixels (PNG cannot hold that).
 pub fn write_png(path: &Path, image: &ColourImage) -> Result<(), InputError> {
-    let unwritable = |error: png::EncodingError| {
+    let bytes = encode_png(image).map_err(|error| {
         InputError::in_file(path, format!("the picture cannot be encoded ({error})"), "check its size")
-    };
+    })?;
+    write_whole(path, &bytes)
+}
+
+/// A picture as the bytes of a PNG file.
+///
+/// # Errors
+/// When the picture has no pixels.
+pub fn encode_png(image: &ColourImage) -> Result<Vec<u8>, png::EncodingError> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, image.width as u32, image.height as u32);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_compression(png::Compression::Fast);
-    let mut writer = encoder.write_header().map_err(unwritable)?;
-    writer.write_image_data(image.pixels.as_flattened()).map_err(unwritable)?;
-    writer.finish().map_err(unwritable)?;
-    write_whole(path, &bytes)
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(image.pixels.as_flattened())?;
+    writer.finish()?;
+    Ok(bytes)
 }
 
 #[cfg(test)]

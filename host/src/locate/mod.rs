@@ -9,30 +9,29 @@ mod region;
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
-use varsac_core::{Config, Ellipsoid, Point3, Score};
+use varsac_core::{Config, Covariance, Ellipsoid, MapConfig, Point3, Score, Viewpoint};
 
 use crate::{
-    backproject::{Pinhole, PointOptions, View},
+    backproject::{Pinhole, View},
     cloud::Cloud,
     decimate::decimate,
     error::InputError,
     frame::{Frame, Geometry},
     image::LabelImage,
     kinect::Registration,
+    region_view::{RegionView, ViewOptions, pitch_of, region_views},
     segment::{self, Regions, SegmentOptions},
 };
 
-pub use region::{Found, Here, Searcher, detector, fit_all};
+pub use region::{Found, Here, Searcher, detector, fit_all, seen};
 
 /// Points a cloud may have: what 16-bit indices can name.
 pub const MAX_CAPACITY: usize = varsac_core::point::MAX_POINTS;
-/// Points a region of a frame may have unless said otherwise. A region with more of them shows a fruit that is near, or
-/// a depth image that was enlarged to the colour image's size: either way it has neighbouring points to spare.
-pub const REGION_CAPACITY: usize = 1024;
-
 /// How an ellipsoid is searched for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Method {
+    /// The default: the most probable body of known size, with its uncertainty, accepted or refused.
+    Map,
     /// The paper's: variable sample consensus, counting between two ellipsoids, least squares.
     Varsac,
     /// The paper's baseline: nine points, distance and normal.
@@ -45,6 +44,7 @@ impl Method {
     /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Map => "map",
             Self::Varsac => "varsac",
             Self::Ransac => "ransac",
             Self::Direct => "direct",
@@ -74,20 +74,69 @@ pub struct Options {
     pub config: Config,
     /// Where the regions of a frame come from.
     pub regions: RegionSource,
-    /// Which depth pixels become points.
-    pub points: PointOptions,
+    /// What the search gets to see of each region of a frame.
+    pub views: ViewOptions,
     /// Seed of every region's search.
     pub seed: u64,
-    /// Points a region of a frame may have; larger ones are thinned.
-    pub region_capacity: usize,
     /// Points a cloud may have; larger ones are thinned.
     pub cloud_capacity: usize,
+    /// What is known of the camera's noise.
+    pub noise: CameraNoise,
+}
+
+/// What a user knows of the camera's noise; what is not given follows from the kind of depth image.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct CameraNoise {
+    /// Standard deviation along the viewing rays, mm.
+    pub axial_mm: Option<f32>,
+    /// Standard deviation of where a depth pixel looks, depth pixels.
+    pub lateral_px: Option<f32>,
+    /// How much a pixel tells beside one with noise of its own, above 0 to 1.
+    pub independence: Option<f32>,
+}
+
+impl CameraNoise {
+    /// Depth that was warped into a finer colour image, as measured on two orchard frames of a time-of-flight camera in the
+    /// sun: it follows a fruit's roundness poorly, lies some pixels beside its colour, and repeats itself.
+    const INTERPOLATED: (f32, f32, f32) = (3.0, 2.0, 0.02);
+
+    fn apply(&self, map: &mut MapConfig, pitch_rad: f32, interpolated: bool) {
+        let (mut axial_mm, mut lateral_rad) = (map.noise.axial_mm, map.noise.lateral_rad);
+        if interpolated {
+            let (axial, lateral_px, independence) = Self::INTERPOLATED;
+            (axial_mm, lateral_rad, map.independence) = (axial, lateral_px * pitch_rad, independence);
+        }
+        map.noise.axial_mm = self.axial_mm.unwrap_or(axial_mm);
+        map.noise.lateral_rad = self.lateral_px.map_or(lateral_rad, |pixels| pixels * pitch_rad);
+        map.independence = self.independence.unwrap_or(map.independence);
+    }
+}
+
+impl Options {
+    /// Looks for what `config` says, with the search it names.
+    pub fn new(config: Config, regions: RegionSource, seed: u64) -> Self {
+        let method = match config.method {
+            varsac_core::Method::Map => Method::Map,
+            varsac_core::Method::Varsac => Method::Varsac,
+        };
+        let mask_is_exact = !matches!(regions, RegionSource::Colour(_));
+        let views = ViewOptions { mask_is_exact, ..ViewOptions::of(&config) };
+        Self {
+            method,
+            config,
+            regions,
+            views,
+            seed,
+            cloud_capacity: MAX_CAPACITY,
+            noise: CameraNoise::default(),
+        }
+    }
 }
 
 /// Why a target is not to be trusted.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Refusal {
-    /// What was tested.
+    /// What was tested ([`varsac_core::RefusalCode::name`]).
     pub code: &'static str,
     /// The value found.
     pub value: f32,
@@ -114,6 +163,8 @@ pub struct Target {
     pub score: Score,
     /// Trials of its search.
     pub trials: u32,
+    /// How sure, where the method knows.
+    pub covariance: Option<Covariance>,
 }
 
 /// What was found in one input.
@@ -200,30 +251,26 @@ pub fn locate_frame_with(
     options: &Options,
 ) -> Result<Located, InputError> {
     let started = Instant::now();
-    let clouds = region_clouds(input, frame, &options.regions, &options.points)?;
-    search(
-        &Work { input, name: &frame.name, capacity: options.region_capacity, started },
-        searcher,
-        &clouds,
-        Vec::new(),
-        options,
-    )
+    let camera = Camera::of(frame)?;
+    let view = camera.view(frame);
+    let views = region_views(&view, &regions_of(input, frame, &options.regions)?, &options.views)?;
+    let stride = crate::region_view::stride(&view);
+    let pitch_rad = (stride as f64 / view.focal_px().0) as f32;
+    let work = Work { input, name: &frame.name, started };
+    search(&work, searcher, views, (pitch_rad, stride > 1), Vec::new(), options)
 }
 
-/// The points of each region of a frame, in the order of the regions.
+/// What the core gets to see of each region of a frame, in the order of the regions.
 ///
 /// # Errors
 /// As [`locate_frame`].
-pub fn region_clouds(
+pub fn views_of(
     input: &str,
     frame: &Frame,
     source: &RegionSource,
-    options: &PointOptions,
-) -> Result<Vec<Vec<Point3>>, InputError> {
-    let camera = Camera::of(frame)?;
-    let regions = regions_of(input, frame, source)?;
-    let points = camera.view(frame).points(&regions, options)?;
-    Ok(points.iter().map(|region| region.iter().map(|p| p.point_mm).collect()).collect())
+    options: &ViewOptions,
+) -> Result<Vec<RegionView>, InputError> {
+    region_views(&Camera::of(frame)?.view(frame), &regions_of(input, frame, source)?, options)
 }
 
 /// Locates fruit in a cloud.
@@ -249,8 +296,16 @@ pub fn locate_cloud_with(
         0 => Vec::new(),
         n => vec![format!("{n} points of the file carry no measurement")],
     };
-    let work = Work { input, name: &cloud.name, capacity: options.cloud_capacity, started };
-    search(&work, searcher, &[cloud.points_mm], notes, options)
+    let kept = decimate(&cloud.points_mm, options.cloud_capacity.min(MAX_CAPACITY));
+    let mut notes = notes;
+    notes.extend(kept.is_thinned().then(|| kept.to_string()));
+    let mut view = RegionView::of_cloud(kept.points);
+    if options.config.map.viewpoint == Viewpoint::Origin {
+        view.pitch_rad = pitch_of(&view.points);
+    }
+    let pitch_rad = view.pitch_rad;
+    let work = Work { input, name: &cloud.name, started };
+    search(&work, searcher, vec![view], (pitch_rad, false), notes, options)
 }
 
 fn regions_of(input: &str, frame: &Frame, source: &RegionSource) -> Result<Regions, InputError> {
@@ -289,26 +344,24 @@ fn regions_of(input: &str, frame: &Frame, source: &RegionSource) -> Result<Regio
 struct Work<'a> {
     input: &'a str,
     name: &'a str,
-    capacity: usize,
     started: Instant,
 }
 
-/// Searches each cloud and puts the results together.
+/// Searches each view and puts the results together. `pitch_rad` is that of the camera's own pixels, 0 where it is not known.
 fn search(
     work: &Work<'_>,
     searcher: &mut dyn Searcher,
-    clouds: &[Vec<Point3>],
-    mut notes: Vec<String>,
+    views: Vec<RegionView>,
+    (pitch_rad, interpolated): (f32, bool),
+    notes: Vec<String>,
     options: &Options,
 ) -> Result<Located, InputError> {
-    let capacity = work.capacity.min(MAX_CAPACITY);
-    let mut thinned = Vec::with_capacity(clouds.len());
-    for (k, cloud) in clouds.iter().enumerate() {
-        let kept = decimate(cloud, capacity);
-        notes.extend(kept.is_thinned().then(|| format!("region {}: {kept}", k + 1)));
-        thinned.push(kept.points);
+    let mut options = options.clone();
+    if pitch_rad > 0.0 {
+        options.config.map = options.config.map.with_pitch(pitch_rad);
+        options.noise.apply(&mut options.config.map, pitch_rad, interpolated);
     }
-    let found = searcher.search(&thinned, options)?;
+    let found = searcher.search(&views, &options)?;
 
     let mut located = Located {
         input: work.input.to_owned(),
@@ -318,16 +371,15 @@ fn search(
         points: Vec::new(),
         labels: Vec::new(),
         targets: Vec::new(),
-        notes: Vec::new(),
+        notes,
         elapsed: Duration::ZERO,
     };
-    for (k, (points, (targets, labels))) in thinned.into_iter().zip(found).enumerate() {
+    for (k, (view, (targets, labels))) in views.into_iter().zip(found).enumerate() {
         let before = located.targets.len() as u32;
-        located.points.extend(points);
+        located.points.extend(view.points);
         located.labels.extend(labels.iter().map(|&label| if label == 0 { 0 } else { before + label }));
         located.targets.extend(targets.into_iter().map(|target| Target { region: k as u32 + 1, ..target }));
     }
-    located.notes = notes;
     located.elapsed = work.started.elapsed();
     Ok(located)
 }

@@ -2,22 +2,24 @@
 
 use rayon::prelude::*;
 use varsac_core::{
-    CentralQuadric, Constraint, Detector, Ellipsoid, Point3, Rejection, Score, Workspace, fit, tebc::Shell,
+    CentralQuadric, Constraint, Detection, Detector, Ellipsoid, Point3, Rejection, Score, Status, View,
+    Workspace, fit, tebc::Shell,
 };
 
-use super::{MAX_CAPACITY, Method, Options, Target};
+use super::{MAX_CAPACITY, Method, Options, Refusal, Target};
 use crate::{
     baseline::{RansacOptions, ransac},
     error::InputError,
+    region_view::RegionView,
 };
 
 /// Who searches the regions of an input.
 pub trait Searcher {
-    /// Searches each cloud; the results in their order.
+    /// Searches each view; the results in their order.
     ///
     /// # Errors
     /// A cloud or a configuration that cannot be searched.
-    fn search(&mut self, clouds: &[Vec<Point3>], options: &Options) -> Result<Vec<Found>, InputError>;
+    fn search(&mut self, views: &[RegionView], options: &Options) -> Result<Vec<Found>, InputError>;
 }
 
 /// This program, all regions side by side.
@@ -25,9 +27,9 @@ pub trait Searcher {
 pub struct Here;
 
 impl Searcher for Here {
-    fn search(&mut self, clouds: &[Vec<Point3>], options: &Options) -> Result<Vec<Found>, InputError> {
+    fn search(&mut self, views: &[RegionView], options: &Options) -> Result<Vec<Found>, InputError> {
         let detector = detector(options)?;
-        clouds.par_iter().map(|cloud| search_region(cloud, &detector, options)).collect()
+        views.par_iter().map(|view| search_region(view, &detector, options)).collect()
     }
 }
 
@@ -40,18 +42,29 @@ pub fn detector(options: &Options) -> Result<Detector, InputError> {
         .map_err(|error| InputError::at("configuration", error.to_string(), "change the option that sets it"))
 }
 
-/// Targets of one region and the label of each of its points.
+/// Targets of one region and the label of each of its points (0, or the target's number in the region).
 pub type Found = (Vec<Target>, Vec<u32>);
 
-fn search_region(cloud: &[Point3], detector: &Detector, options: &Options) -> Result<Found, InputError> {
-    match options.method {
-        Method::Varsac => {
+/// What the method may look at: all of the view, or (the paper's methods, which know nothing of surroundings) its region.
+pub fn seen<'a>(view: &'a RegionView, method: Method) -> View<'a> {
+    match method {
+        Method::Map => view.view(),
+        _ => View::from(view.points.get(..view.in_mask).unwrap_or(&view.points)),
+    }
+}
+
+fn search_region(view: &RegionView, detector: &Detector, options: &Options) -> Result<Found, InputError> {
+    let seen = seen(view, options.method);
+    let cloud = seen.cloud;
+    let (targets, mut labels) = match options.method {
+        Method::Map | Method::Varsac => {
             let mut workspace = RegionWorkspace::new(cloud.len());
-            let mut run = detector.detect(cloud, workspace.scratch(), options.seed).map_err(|error| {
-                InputError::at("cloud", error.to_string(), "check the unit (--unit) and the file")
-            })?;
-            let targets = run.by_ref().map(|d| target(d.ellipsoid, d.score, d.report.trials)).collect();
-            Ok((targets, run.labels().iter().map(|&label| u32::from(label)).collect()))
+            let mut run =
+                detector.detect_view(&seen, workspace.scratch(), options.seed).map_err(|error| {
+                    InputError::at("cloud", error.to_string(), "check the unit (--unit) and the file")
+                })?;
+            let targets = run.by_ref().map(|detection| Target::from(&detection)).collect();
+            (targets, run.labels().iter().map(|&label| u32::from(label)).collect())
         }
         Method::Ransac => {
             let points: Vec<[f32; 3]> = cloud.iter().map(|p| [p.x, p.y, p.z]).collect();
@@ -65,14 +78,32 @@ fn search_region(cloud: &[Point3], detector: &Detector, options: &Options) -> Re
                 let score = Score { inliers: one.inliers.len() as u32, candidates: one.candidates as u32 };
                 targets.push(target(Ellipsoid::from(&one.ellipsoid), score, one.trials));
             }
-            Ok((targets, labels))
+            (targets, labels)
         }
-        Method::Direct => Ok(direct(cloud, options.config.constraint, options.config.shell)),
-    }
+        Method::Direct => direct(cloud, options.config.constraint, options.config.shell),
+    };
+    labels.resize(view.points.len(), 0);
+    Ok((targets, labels))
 }
 
 fn target(ellipsoid: Ellipsoid, score: Score, trials: u32) -> Target {
-    Target { region: 0, refusal: None, ellipsoid, score, trials }
+    Target { region: 0, refusal: None, ellipsoid, score, trials, covariance: None }
+}
+
+impl From<&Detection> for Target {
+    fn from(detection: &Detection) -> Self {
+        let refusal = match detection.status {
+            Status::Accepted => None,
+            Status::Refused(why) => {
+                Some(Refusal { code: why.code.name(), value: why.value, limit: why.limit })
+            }
+        };
+        Self {
+            refusal,
+            covariance: detection.covariance,
+            ..target(detection.ellipsoid, detection.score, detection.report.trials)
+        }
+    }
 }
 
 /// Least squares on all points, without any size check (paper, Table 4 and 6). All points are its own; the score is

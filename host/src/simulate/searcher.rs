@@ -9,7 +9,8 @@ use super::client::{Client, Job};
 use super::expected::compare;
 use super::transport::Transport;
 use crate::error::InputError;
-use crate::locate::{Found, Options, Searcher, Target, detector};
+use crate::locate::{Found, Options, Searcher, Target, detector, seen};
+use crate::region_view::RegionView;
 
 /// A client that searches for [`crate::locate`].
 pub struct CoProcessor {
@@ -49,10 +50,11 @@ impl CoProcessor {
 }
 
 impl Searcher for CoProcessor {
-    fn search(&mut self, clouds: &[Vec<Point3>], options: &Options) -> Result<Vec<Found>, InputError> {
+    fn search(&mut self, views: &[RegionView], options: &Options) -> Result<Vec<Found>, InputError> {
         let detector = detector(options)?;
-        let mut found = Vec::with_capacity(clouds.len());
-        for (k, cloud) in clouds.iter().enumerate() {
+        let mut found = Vec::with_capacity(views.len());
+        for (k, view) in views.iter().enumerate() {
+            let cloud = seen(view, options.method).cloud;
             let job = Job { config: detector.config(), cloud, seed: options.seed, step_budget: 0 };
             let outcome = self.client.search(&job, |_| ControlFlow::Continue(())).map_err(|error| {
                 InputError::at(format!("region {}", k + 1), error.to_string(), "then run the command again")
@@ -85,6 +87,7 @@ fn target(target: &payload::Target) -> Target {
         },
         score: Score { inliers: target.inliers, candidates: target.candidates },
         trials: target.trials,
+        covariance: None,
     }
 }
 

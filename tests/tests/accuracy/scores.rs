@@ -27,7 +27,7 @@ fn some_jujube(dice: &mut Dice) -> (CentralQuadric, Body) {
 
 #[test]
 fn inliers_lie_between_the_scaled_bodies_by_closest_point() {
-    let d = Config::jujube().shell;
+    let d = Config::jujube().paper().shell;
     let (inner, outer) = (f64::from(1.0 - d), f64::from(1.0 + d));
     let mut wrong_side = Sample::default();
     let (mut inside, mut outside) = (0, 0);
@@ -66,7 +66,7 @@ fn inliers_lie_between_the_scaled_bodies_by_closest_point() {
 fn the_shell_is_as_thick_as_the_semi_axes_say() {
     // The two bodies are nowhere closer to the surface than d times the shortest semi-axis, and nowhere farther than d
     // times the longest: orthogonal distances below the one are inliers, above the other they are not.
-    let d = Config::jujube().shell;
+    let d = Config::jujube().paper().shell;
     let mut seen = [0, 0, 0];
     for case in 0..200 {
         let mut dice = Dice::new("thickness", case);
@@ -97,7 +97,7 @@ fn the_shell_is_as_thick_as_the_semi_axes_say() {
 fn a_score_counts_the_points_of_the_shell() {
     let mut dice = Dice::new("counting", 0);
     let (surface, body) = some_jujube(&mut dice);
-    let d = Config::jujube().shell;
+    let d = Config::jujube().paper().shell;
     let cloud: Vec<Point3> = (0..500)
         .map(|k| body.scaled(if k % 3 == 0 { 1.0 } else { 0.8 }).surface_point(&mut dice))
         .map(|p| narrow(&p))

@@ -81,7 +81,7 @@ fn first(config: Config) -> Config {
 
 #[test]
 fn f32_and_f64_find_the_same_in_plain_views() {
-    let config = first(Config::jujube());
+    let config = first(Config::jujube().paper());
     hold("clean", &config, &Trouble::default(), 400);
     hold("noise 0.3 mm", &config, &Trouble { axial_noise_mm: 0.3, ..Trouble::default() }, 400);
     hold("noise 1.3 mm", &config, &NOISY, 400);
@@ -90,11 +90,11 @@ fn f32_and_f64_find_the_same_in_plain_views() {
 
 #[test]
 fn f32_and_f64_find_the_same_in_clutter() {
-    let config = first(Config::jujube());
+    let config = first(Config::jujube().paper());
     hold("clutter", &config, &CLUTTERED, 200);
     hold("clutter, Table 5", &first(Config::table5()), &CLUTTERED, 150);
     hold("clutter, 10 refits", &Config { refits: 10, ..config }, &CLUTTERED, 150);
     let orchard = Trouble { neighbour: true, leaf: true, axial_noise_mm: 0.5, outlier_share: 0.1 };
-    let two = Config { max_targets: 2, min_ratio: 0.3, ..Config::jujube() };
+    let two = Config { max_targets: 2, min_ratio: 0.3, ..Config::jujube().paper() };
     hold("neighbour and leaf", &two, &orchard, 50);
 }

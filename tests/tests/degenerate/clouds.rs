@@ -20,13 +20,13 @@ fn family(name: &str, case: u64, n: usize) -> Vec<Point3> {
 fn fewer_points_than_a_sample_are_no_work() {
     for n in 0..9 {
         let cloud = family("sphere", 1, n);
-        let run = run(&Config::jujube(), &cloud, 1);
+        let run = run(&Config::jujube().paper(), &cloud, 1);
         assert_eq!((run.finish, run.found.len(), run.missed.len()), (Finish::FewPoints, 0, 0));
         let all: Vec<u16> = (0..n as u16).collect();
         assert_eq!(fit(&cloud, &all, Constraint::A11), Err(Rejection::TooFewPoints));
     }
     // Nine points are a sample of 9 and none of 12, and as many inliers as min_inliers must be there.
-    let config = Config { radius: f32::INFINITY, min_inliers: 9, max_trials: 40, ..Config::jujube() };
+    let config = Config { radius: f32::INFINITY, min_inliers: 9, max_trials: 40, ..Config::jujube().paper() };
     let run = run(&config, &family("sphere", 1, 9), 1);
     assert_eq!(run.found.len() + run.missed.len(), 1);
 }
@@ -50,7 +50,8 @@ fn what_determines_no_ellipsoid_yields_none() {
     }
     for name in ["saddle", "all magnitudes", "corners of the allowed cube", "any bits"] {
         for case in 0..20 {
-            let run = run(&Config { max_trials: 300, ..Config::jujube() }, &family(name, case, 200), case);
+            let run =
+                run(&Config { max_trials: 300, ..Config::jujube().paper() }, &family(name, case, 200), case);
             assert!(run.found.is_empty(), "{name} {case}: {:?}", run.found);
         }
     }
@@ -59,7 +60,7 @@ fn what_determines_no_ellipsoid_yields_none() {
 #[test]
 fn one_point_neighbourhoods_are_counted_as_too_few() {
     let cloud: Vec<Point3> = (0..100).map(|k| Point3::new(100.0 * k as f32, 0.0, 700.0)).collect();
-    let run = run(&Config::jujube(), &cloud, 5);
+    let run = run(&Config::jujube().paper(), &cloud, 5);
     assert_eq!(run.finish, Finish::Failures);
     assert_eq!(run.missed[0].rejections, [3000, 0, 0, 0, 0]);
 }
@@ -67,7 +68,7 @@ fn one_point_neighbourhoods_are_counted_as_too_few() {
 #[test]
 fn a_sphere_is_a_fruit_with_equal_axes() {
     for (seed, radius) in [(0, 30.0), (u64::MAX, 30.0), (0, f32::INFINITY), (u64::MAX, f32::INFINITY)] {
-        let run = run(&Config { radius, ..Config::jujube() }, &family("sphere", 3, 300), seed);
+        let run = run(&Config { radius, ..Config::jujube().paper() }, &family("sphere", 3, 300), seed);
         let e = run.found[0].ellipsoid;
         assert_eq!((run.found.len(), run.found[0].score.inliers), (1, 300));
         assert!(e.semi_axes.iter().all(|axis| (axis - 12.0).abs() < 1e-3), "{e:?}");
@@ -86,7 +87,7 @@ fn touching(case: u64, elsewhere: usize) -> ([Body; 2], Vec<Point3>) {
 
 #[test]
 fn two_touching_fruit_are_two_targets_as_far_as_step_5_lets_them() {
-    let config = Config { refits: 10, min_ratio: 0.0, ..Config::jujube() };
+    let config = Config { refits: 10, min_ratio: 0.0, ..Config::jujube().paper() };
     let hits = |elsewhere: usize| {
         let mut hits = [0, 0];
         for case in 0..20 {

@@ -9,7 +9,7 @@ use varsac_tests::{body::Body, random::Dice, simulation};
 
 #[test]
 fn a_bad_coordinate_is_refused_with_index_axis_and_value() {
-    let detector = Detector::new(Config::jujube()).unwrap();
+    let detector = Detector::new(Config::jujube().paper()).unwrap();
     let beyond = f32::from_bits(MAX_COORDINATE.to_bits() + 1);
     for value in [f32::NAN, -f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, beyond, -beyond] {
         for axis in 0..3 {
@@ -38,7 +38,7 @@ fn a_bad_coordinate_is_refused_with_index_axis_and_value() {
 
 #[test]
 fn more_points_than_the_workspace_holds_are_refused() {
-    let detector = Detector::new(Config::jujube()).unwrap();
+    let detector = Detector::new(Config::jujube().paper()).unwrap();
     let cloud = [Point3::origin(); 17];
     let mut workspace = Workspace::<16>::new();
     let error = detector.detect(&cloud, workspace.scratch(), 1).map(|_| ()).unwrap_err();
@@ -70,7 +70,7 @@ fn the_largest_cloud_is_searched_and_one_point_more_is_refused() {
     let room = MAX_POINTS + 100;
     let (mut order, mut members, mut labels) = (vec![0; room], vec![0; room], vec![0; room]);
     for radius in [f32::INFINITY, 30.0] {
-        let detector = Detector::new(Config { radius, ..Config::jujube() }).unwrap();
+        let detector = Detector::new(Config { radius, ..Config::jujube().paper() }).unwrap();
         let scratch = Scratch::new(&mut order, &mut members, &mut labels);
         let found = detector.detect(&cloud[1..], scratch, 1).unwrap().next().unwrap();
         assert_eq!(found.score.inliers as usize, MAX_POINTS);
@@ -96,7 +96,7 @@ fn a_bad_configuration_is_refused_with_field_value_and_range() {
     ];
     for (field, set, values) in fields {
         for &value in values {
-            let mut config = Config::jujube();
+            let mut config = Config::jujube().paper();
             set(&mut config, value);
             let error = Detector::new(config).unwrap_err();
             assert_eq!(error.field, field, "{field} = {value}");
@@ -117,7 +117,7 @@ fn a_bad_configuration_is_refused_with_field_value_and_range() {
         ("max_failures", |c| c.max_failures = 0, 0.0),
     ];
     for (field, spoil, value) in counts {
-        let mut config = Config::jujube();
+        let mut config = Config::jujube().paper();
         spoil(&mut config);
         let ConfigError { field: named, value: given, allowed } = config.check().unwrap_err();
         assert_eq!((named, given), (field, value));

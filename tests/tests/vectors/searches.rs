@@ -8,7 +8,7 @@ use varsac_reference as reference;
 
 #[test]
 fn whole_searches() {
-    let jujube = Config::jujube();
+    let jujube = Config::jujube().paper();
     let config = check::reference_config(&jujube);
     let mut stream = reference::Stream::seeded(8);
     let cases = [1, 2].map(|seed| {

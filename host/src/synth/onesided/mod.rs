@@ -38,8 +38,13 @@ pub enum Subject {
 }
 
 /// The jujube of the paper: 22 x 11 x 11 mm, spread as in the size prior.
-pub const JUJUBE: Subject =
-    Subject::Fruit { mean_mm: [21.75, 10.9, 10.9], sd_long: 0.035, sd_short: 0.042, sd_ratio: 0.058, exponent: 2.0 };
+pub const JUJUBE: Subject = Subject::Fruit {
+    mean_mm: [21.75, 10.9, 10.9],
+    sd_long: 0.035,
+    sd_short: 0.042,
+    sd_ratio: 0.058,
+    exponent: 2.0,
+};
 
 /// A family of scenes: every pair is a range drawn from uniformly.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,6 +69,8 @@ pub struct Family {
     pub occlusion: (f64, f64),
     /// Chance of a second fruit near it.
     pub neighbour: f64,
+    /// Further fruit that touch it or each other.
+    pub touching: (f64, f64),
     /// Leaves and twigs around and behind it.
     pub clutter: (f64, f64),
     /// Distance of the background behind the fruit, mm.
@@ -88,6 +95,7 @@ pub const CLEAN: Family = Family {
     quantum_mm: 0.0,
     occlusion: (0.0, 0.0),
     neighbour: 0.0,
+    touching: (0.0, 0.0),
     clutter: (0.0, 0.0),
     background_mm: (100.0, 400.0),
     defects: [0.0, 0.5, 0.0],
@@ -107,6 +115,7 @@ pub const HARD: Family = Family {
     quantum_mm: 1.0,
     occlusion: (0.0, 0.0),
     neighbour: 0.5,
+    touching: (0.0, 0.0),
     clutter: (0.0, 4.0),
     background_mm: (30.0, 300.0),
     defects: [0.4, 0.3, 0.01],
@@ -136,6 +145,20 @@ pub const ORCHARD: Family = Family {
     ..HARD
 };
 
+/// Two to four fruit that touch, nothing in front of them.
+pub const TOUCHING: Family = Family {
+    name: "touching",
+    distance_mm: (500.0, 1000.0),
+    axial_mm: (0.4, 1.2),
+    neighbour: 0.0,
+    touching: (1.0, 3.999),
+    clutter: (0.0, 2.0),
+    ..HARD
+};
+
+/// The same behind leaves.
+pub const TOUCHING_LEAVES: Family = Family { name: "touching-leaves", occlusion: (0.0, 0.4), ..TOUCHING };
+
 impl Family {
     /// The same family with another subject.
     pub const fn of(self, name: &'static str, subject: Subject) -> Self {
@@ -161,12 +184,23 @@ pub const fn scaled_jujube(factor: f64) -> Subject {
 
 /// A jujube with the shape of a super-ellipsoid.
 pub const fn boxy_jujube(exponent: f64) -> Subject {
-    Subject::Fruit { mean_mm: [21.75, 10.9, 10.9], sd_long: 0.035, sd_short: 0.042, sd_ratio: 0.058, exponent }
+    Subject::Fruit {
+        mean_mm: [21.75, 10.9, 10.9],
+        sd_long: 0.035,
+        sd_short: 0.042,
+        sd_ratio: 0.058,
+        exponent,
+    }
 }
 
 /// Jujubes whose size varies by +-15 % (standard deviation) as a whole and 6 % in shape.
-pub const VARIED_JUJUBE: Subject =
-    Subject::Fruit { mean_mm: [21.75, 10.9, 10.9], sd_long: 0.15, sd_short: 0.15, sd_ratio: 0.058, exponent: 2.0 };
+pub const VARIED_JUJUBE: Subject = Subject::Fruit {
+    mean_mm: [21.75, 10.9, 10.9],
+    sd_long: 0.15,
+    sd_short: 0.15,
+    sd_ratio: 0.058,
+    exponent: 2.0,
+};
 
 /// The true fruit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -226,16 +260,28 @@ impl Scene {
         if draws.chance(family.neighbour) {
             place_neighbour(&mut bodies, family, &mut draws);
         }
+        let others = range(&mut draws, family.touching) as usize;
+        place_touching(&mut bodies, others, family, &mut draws);
         let behind = range(&mut draws, family.background_mm);
         place_clutter(&mut bodies, range(&mut draws, family.clutter) as usize, &mut draws);
         let tilt = unit([draws.uniform(-0.5, 0.5), draws.uniform(-0.5, 0.5), 1.0]);
         let back = along(centre, (extent + behind) / distance, centre);
-        bodies.push(Body { pose: Pose { centre: back, axes: frame_of(tilt) }, shape: Shape::Plane, fruit_coloured: false });
+        bodies.push(Body {
+            pose: Pose { centre: back, axes: frame_of(tilt) },
+            shape: Shape::Plane,
+            fruit_coloured: false,
+        });
         let wanted = range(&mut draws, family.occlusion);
         place_leaves(&mut bodies, wanted, &mut draws);
 
         let pixels = |mm: f64| mm / centre[2] * FOCAL_PX;
-        let half = pixels(1.3 * extent) as i64 + BORDER_PX;
+        let reach = (0..=others).fold(extent, |reach, k| {
+            bodies
+                .get(k)
+                .filter(|body| body.fruit_coloured)
+                .map_or(reach, |body| reach.max(length(minus(body.pose.centre, centre)) + extent))
+        });
+        let half = pixels(1.3 * reach) as i64 + BORDER_PX;
         let (column, row) = (pixels(centre[0]) as i64, pixels(centre[1]) as i64);
         let side = (2 * half + 1) as usize;
         let window = Window { left: column - half, top: row - half, width: side, height: side };
@@ -312,8 +358,11 @@ fn subject(subject: &Subject, centre: V3, draws: &mut Draws) -> Body {
             // Where the size varies as a whole, length and thickness vary together.
             let short = if sd_long > 0.1 { long + 0.3 * short } else { short };
             let thick = [short + 0.5 * libm::fabs(ratio), short - 0.5 * libm::fabs(ratio)];
-            let semi_axes =
-                [mean_mm[0] * libm::exp(long), mean_mm[1] * libm::exp(thick[0]), mean_mm[2] * libm::exp(thick[1])];
+            let semi_axes = [
+                mean_mm[0] * libm::exp(long),
+                mean_mm[1] * libm::exp(thick[0]),
+                mean_mm[2] * libm::exp(thick[1]),
+            ];
             Shape::Superellipsoid { semi_axes, exponent }
         }
         Subject::Ball(low, high) => {
@@ -336,7 +385,8 @@ fn extent(body: &Body) -> f64 {
 }
 
 fn truth(bodies: &[Body], index: usize) -> Option<Truth> {
-    let Body { pose, shape: Shape::Superellipsoid { semi_axes, .. }, fruit_coloured: true } = bodies[index] else {
+    let Body { pose, shape: Shape::Superellipsoid { semi_axes, .. }, fruit_coloured: true } = bodies[index]
+    else {
         return None;
     };
     Some(Truth { pose, semi_axes_mm: semi_axes, visible: 1.0 - occlusion(bodies, index) })
@@ -347,7 +397,8 @@ fn occlusion(bodies: &[Body], index: usize) -> f64 {
     let body = &bodies[index];
     let centre = body.pose.centre;
     let half = (1.3 * extent(body) / centre[2] * FOCAL_PX) as i64 + 1;
-    let (column, row) = ((centre[0] / centre[2] * FOCAL_PX) as i64, (centre[1] / centre[2] * FOCAL_PX) as i64);
+    let (column, row) =
+        ((centre[0] / centre[2] * FOCAL_PX) as i64, (centre[1] / centre[2] * FOCAL_PX) as i64);
     let (mut own, mut covered) = (0_u32, 0_u32);
     for v in row - half..=row + half {
         for u in column - half..=column + half {
@@ -376,6 +427,36 @@ fn place_neighbour(bodies: &mut Vec<Body>, family: &Family, draws: &mut Draws) {
             return;
         }
         bodies.pop();
+    }
+}
+
+/// Further fruit, each pushed towards one of those already there until it touches, none through another and none covering
+/// more than half of another.
+fn place_touching(bodies: &mut Vec<Body>, count: usize, family: &Family, draws: &mut Draws) {
+    for _ in 0..count {
+        for _ in 0..ATTEMPTS {
+            let anchor = bodies[(draws.uniform(0.0, bodies.len() as f64) as usize).min(bodies.len() - 1)];
+            let direction = draws.rotation()[0];
+            let free = subject(&family.subject, anchor.pose.centre, draws);
+            let at = |distance: f64| Body {
+                pose: Pose { centre: along(anchor.pose.centre, distance, direction), ..free.pose },
+                ..free
+            };
+            let (mut near, mut far) = (5.0, 60.0);
+            for _ in 0..12 {
+                let middle = 0.5 * (near + far);
+                if touches(&anchor, &at(middle)) { near = middle } else { far = middle }
+            }
+            let new = at(far + draws.uniform(0.0, 1.0));
+            if bodies.iter().any(|body| touches(body, &new)) {
+                continue;
+            }
+            bodies.push(new);
+            if (0..bodies.len()).all(|k| occlusion(bodies, k) <= 0.5) {
+                break;
+            }
+            bodies.pop();
+        }
     }
 }
 
@@ -454,7 +535,8 @@ fn place_leaves(bodies: &mut Vec<Body>, wanted: f64, draws: &mut Draws) {
         let at = along(centre, side * libm::cos(angle), sideways[0]);
         let at = along(at, side * libm::sin(angle), sideways[1]);
         let at = along(at, -(reach + draws.uniform(-6.0, 60.0)), away);
-        let lean = along(along(away, draws.uniform(-0.8, 0.8), sideways[0]), draws.uniform(-0.8, 0.8), sideways[1]);
+        let lean =
+            along(along(away, draws.uniform(-0.8, 0.8), sideways[0]), draws.uniform(-0.8, 0.8), sideways[1]);
         let shape = Shape::Disc { radii: [draws.uniform(8.0, 22.0), draws.uniform(5.0, 13.0)] };
         let mut axes = frame_of(unit(lean));
         let turn = draws.uniform(0.0, core::f64::consts::TAU);
@@ -482,7 +564,8 @@ fn colour_mask(patch: &Patch, bodies: &[Body], draws: &mut Draws) -> LabelImage 
     for v in 0..mask.height as i64 {
         for u in 0..mask.width as i64 {
             let here = coloured(u, v);
-            let border = [(1, 0), (-1, 0), (0, 1), (0, -1)].iter().any(|&(du, dv)| coloured(u + du, v + dv) != here);
+            let border =
+                [(1, 0), (-1, 0), (0, 1), (0, -1)].iter().any(|&(du, dv)| coloured(u + du, v + dv) != here);
             let error = if border { BORDER_ERROR } else { COLOUR_ERROR };
             // Far from fruit a threshold makes no blobs that region growing would keep.
             let wrong = draws.chance(error) && (border || here);
@@ -534,7 +617,8 @@ mod tests {
             let (cloud, _) = scene.cloud(&scene.mask);
             for point in &cloud {
                 let offset = minus(point.map(f64::from), pose.centre);
-                let squares: f64 = (0..3).map(|k| libm::pow(dot(pose.axes[k], offset) / semi_axes_mm[k], 2.0)).sum();
+                let squares: f64 =
+                    (0..3).map(|k| libm::pow(dot(pose.axes[k], offset) / semi_axes_mm[k], 2.0)).sum();
                 on += usize::from(libm::fabs(libm::sqrt(squares) - 1.0) < 0.05);
             }
             // The rest is background behind wrongly coloured border pixels, and mixed pixels.

@@ -182,7 +182,9 @@ fn pixel(bodies: &[Body], sensor: &Sensor, (x, y): (f64, f64), draws: &mut Draws
         return 0.0;
     } else {
         // The larger cluster: split where the gap is widest.
-        let split = (1..count).max_by(|&i, &j| (seen[i] - seen[i - 1]).total_cmp(&(seen[j] - seen[j - 1]))).unwrap_or(0);
+        let split = (1..count)
+            .max_by(|&i, &j| (seen[i] - seen[i - 1]).total_cmp(&(seen[j] - seen[j - 1])))
+            .unwrap_or(0);
         let part = if 2 * split >= count { &seen[..split] } else { &seen[split..] };
         part.iter().sum::<f64>() / part.len() as f64
     };

@@ -165,9 +165,8 @@ fn superellipsoid(semi_axes: V3, p: f64, q: V3, w: V3, ray: V3) -> Option<Hit> {
         }
     }
     // Gradient in the body's frame: sign(u) |u|^(p-1) / semi-axis.
-    let gradient: V3 = core::array::from_fn(|k| {
-        libm::copysign(libm::pow(libm::fabs(u[k]), p - 1.0), u[k]) / semi_axes[k]
-    });
+    let gradient: V3 =
+        core::array::from_fn(|k| libm::copysign(libm::pow(libm::fabs(u[k]), p - 1.0), u[k]) / semi_axes[k]);
     let ray_body: V3 = core::array::from_fn(|k| q[k] * semi_axes[k]);
     let cosine = libm::fabs(dot(gradient, ray_body)) / (length(gradient) * length(ray));
     Some(Hit { depth: t, cosine })
@@ -188,7 +187,11 @@ mod tests {
             assert!((depth(body, [0.0, 0.0, 1.0]).unwrap() - 95.0).abs() < 1e-9);
             assert_eq!(depth(body, [0.3, 0.0, 1.0]), None);
         }
-        assert!((depth(Shape::Cylinder { radius: 7.0, half_length: 30.0 }, [0.1, 0.0, 1.0]).unwrap() - 93.0).abs() < 1e-9);
+        assert!(
+            (depth(Shape::Cylinder { radius: 7.0, half_length: 30.0 }, [0.1, 0.0, 1.0]).unwrap() - 93.0)
+                .abs()
+                < 1e-9
+        );
         assert_eq!(depth(Shape::Cylinder { radius: 7.0, half_length: 9.0 }, [0.1, 0.0, 1.0]), None);
         assert!((depth(Shape::Plane, [0.4, -0.2, 1.0]).unwrap() - 100.0).abs() < 1e-9);
         assert_eq!(depth(Shape::Disc { radii: [5.0, 3.0] }, [0.0, 0.04, 1.0]), None);
@@ -201,7 +204,8 @@ mod tests {
         let ray = [0.03, 0.02, 1.0];
         let hit = body.hit(&pose, ray).unwrap();
         let p = along([0.0; 3], hit.depth, ray);
-        let sum: f64 = (0..3).map(|k| libm::pow(libm::fabs(p[k] - pose.centre[k]) / [20.0, 10.0, 5.0][k], 2.5)).sum();
+        let sum: f64 =
+            (0..3).map(|k| libm::pow(libm::fabs(p[k] - pose.centre[k]) / [20.0, 10.0, 5.0][k], 2.5)).sum();
         assert!((sum - 1.0).abs() < 1e-9);
         assert!(hit.cosine > 0.0 && hit.cosine < 1.0);
     }
