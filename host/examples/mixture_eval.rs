@@ -24,7 +24,7 @@ fn search(view: &View<'_>, config: &MixtureConfig, seed: u64, workspace: &mut Wo
 
 struct Row { seed: u64, centre: f64, size: f64, failed: bool, refusal: Option<RefusalCode>, us: f64, m: [f64; 3], sol: Option<MixtureSolution>, info: String }
 
-fn maha(c: &varsac_core::covariance::Covariance, at: usize, x: [f64; 3]) -> f64 {
+fn maha(c: &varsac_core::Covariance, at: usize, x: [f64; 3]) -> f64 {
     let m = nalgebra::Matrix3::from_fn(|i, j| f64::from(c.entry(at + i, at + j)));
     let v = nalgebra::Vector3::from(x);
     m.try_inverse().map_or(f64::NAN, |inv| (v.transpose() * inv * v)[0])
@@ -134,8 +134,8 @@ fn main() {
             let cloud: Vec<Point3> = points.iter().map(|q| Point3::new(q[0], q[1], q[2])).collect();
             let win = scene.patch.window;
             let f = scene.sensor.focal_px;
-            let rays = if outline { outline_rays(&scene.patch.depth, &scene.mask, f, |u, v| [(win.left as f64 + u) / f, (win.top as f64 + v) / f], 10.0) } else { vec![] };
-            let seen = View { cloud: &cloud, in_mask: points_in, outline: &rays };
+            let rays = if outline { outline_rays(&scene.patch.depth, (0..=scene.mask.width as i64 - 1, 0..=scene.mask.height as i64 - 1), |u, v| scene.mask.get(u, v).is_some_and(|label| label > 0), f, |u, v| [(win.left as f64 + u) / f, (win.top as f64 + v) / f], 10.0) } else { vec![] };
+            let seen = View { cloud: &cloud, in_mask: points_in, outline: &rays, pitch_rad: 0.0 };
             let t = scene.fruit[0];
             let truth = EllipsoidF64::sorted(t.pose.centre, t.semi_axes_mm, t.pose.axes);
             let clock = cpu_ns();

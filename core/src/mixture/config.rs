@@ -1,6 +1,10 @@
 //! What the search without a size prior may be told.
 
-use crate::residual::{Noise, Viewpoint};
+use crate::{
+    config::{ConfigError, require},
+    mixture::MAX_STARTS,
+    residual::{Noise, Viewpoint},
+};
 
 /// Configuration of [`super::MixtureSearch`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,7 +17,7 @@ pub struct MixtureConfig {
     pub noise: Noise,
     /// Points the starts are tried on. 50 to 2000.
     pub sample: u16,
-    /// Starts from a random point, beside the one from all points. 0 to 60.
+    /// Starts from a random point, beside the one from all points. 0 to [`MAX_STARTS`] - 1.
     pub starts: u8,
     /// Weight of the logarithm of the surface area for each point. 1/2 cancels the bias of noise across a curved surface.
     pub area_weight: f32,
@@ -80,4 +84,41 @@ impl MixtureConfig {
         gate: MixtureGate { coverage: 0.0, ..Self::SURFACE.gate },
         ..Self::SURFACE
     };
+}
+
+impl MixtureConfig {
+    /// Checks every field.
+    pub(crate) fn check(&self) -> Result<(), ConfigError> {
+        let positive = |value: f32| value > 0.0 && value < f32::INFINITY;
+        for (field, value) in [
+            ("mixture.noise.axial_mm", self.noise.axial_mm),
+            ("mixture.noise.lateral_rad", self.noise.lateral_rad),
+            ("mixture.inflation", self.inflation),
+        ] {
+            require(positive(value), field, value, "a finite number above 0")?;
+        }
+        let sample = f32::from(self.sample);
+        require((50..=2000).contains(&self.sample), "mixture.sample", sample, "50 to 2000")?;
+        let starts = f32::from(self.starts);
+        require(usize::from(self.starts) < MAX_STARTS, "mixture.starts", starts, "0 to 15")?;
+        require((0.0..=1.0).contains(&self.area_weight), "mixture.area_weight", self.area_weight, "0 to 1")?;
+        let spread = self.shape_spread;
+        require(spread >= 0.01, "mixture.shape_spread", spread, "0.01 or more; infinity for no such term")?;
+        let offset = self.outline_offset_rad;
+        require((1e-9..=1.0).contains(&offset), "mixture.outline_offset_rad", offset, "1e-9 to 1")?;
+        let thin = self.inflation_thin;
+        require((0.0..f32::INFINITY).contains(&thin), "mixture.inflation_thin", thin, "0 or more")?;
+        let gate = &self.gate;
+        for (field, value) in [
+            ("mixture.gate.min_points", gate.min_points),
+            ("mixture.gate.gain", gate.gain),
+            ("mixture.gate.coverage", gate.coverage),
+            ("mixture.gate.flat", gate.flat),
+            ("mixture.gate.misfit", gate.misfit),
+            ("mixture.gate.uncertain", gate.uncertain),
+        ] {
+            require(!value.is_nan(), field, value, "a number; infinity switches an upper limit off")?;
+        }
+        Ok(())
+    }
 }

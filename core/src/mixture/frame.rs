@@ -26,6 +26,8 @@ pub(crate) struct Frame {
 
 /// Edges of the box are at least this long: a flat cloud has a volume too.
 const THINNEST: f32 = 0.05;
+/// And at most this long, so that no density leaves the range of `f32` for the sake of a stray point.
+const LONGEST: f32 = 1e4;
 
 impl Frame {
     /// The frame of the listed points; permutes the list. `None` when half of the points coincide.
@@ -47,7 +49,7 @@ impl Frame {
         };
         let mut frame = Self { origin, unit, inverse, volume: 0.0 };
         frame.volume = frame.box_volume(cloud, list);
-        (frame.volume <= f32::MAX).then_some(frame)
+        Some(frame)
     }
 
     fn box_volume(&self, cloud: &[Point3], list: &[u16]) -> f32 {
@@ -60,7 +62,11 @@ impl Frame {
                 high[k] = if value > high[k] { value } else { high[k] };
             }
         }
-        let edge = |k: usize| if high[k] - low[k] > THINNEST { high[k] - low[k] } else { THINNEST };
+        let edge = |k: usize| {
+            let length = high[k] - low[k];
+            let length = if length > THINNEST { length } else { THINNEST };
+            if length < LONGEST { length } else { LONGEST }
+        };
         (edge(0) * edge(1)) * edge(2)
     }
 

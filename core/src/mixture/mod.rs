@@ -28,12 +28,14 @@ mod climb;
 mod config;
 mod frame;
 mod judge;
+mod run;
 mod shell;
 
 use heapless::Vec;
 
 pub use self::config::{MixtureConfig, MixtureGate};
 pub use self::judge::MixtureFindings;
+pub(crate) use self::run::MixtureRun;
 use self::{
     area::ln_area,
     blob::{Blob, push_back},
