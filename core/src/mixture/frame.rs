@@ -35,7 +35,8 @@ impl Frame {
         let middle = list.len() / 2;
         let mut median = |key: &dyn Fn(&Point3) -> f32| {
             select_by_key(list, middle, |index| key(&at(cloud, index)));
-            list.get(middle).map_or(0.0, |&index| key(&at(cloud, index)))
+            // The sign of a zero would depend on which of two equal keys was selected.
+            list.get(middle).map_or(0.0, |&index| key(&at(cloud, index)) + 0.0)
         };
         let centre = Point3::new(median(&|p| p.x), median(&|p| p.y), median(&|p| p.z));
         let unit = libm::sqrtf(median(&|p| distance_squared(p, &centre)));

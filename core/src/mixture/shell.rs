@@ -52,6 +52,15 @@ pub(crate) struct Data<'a> {
     pub(crate) distance: Distance,
 }
 
+/// What a point is to the surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Seen {
+    /// Perhaps on it: `d^2 / sigma^2` and `k`.
+    Near { square: f32, k: f32 },
+    /// Far behind it along its ray.
+    Past,
+}
+
 /// What a pass over the points came to.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Pass {
@@ -107,11 +116,27 @@ impl Shell {
         ((self.share * volume) / (1.0 - self.share)) * scale
     }
 
+    /// Looks at the listed points in order.
+    #[inline(always)]
+    fn look(&self, data: &Data<'_>, model: &RayModel, ln_area: f32, mut tell: impl FnMut(&Contact, Seen)) {
+        let odds = self.odds(data.frame.volume, ln_area);
+        let window = self.window(data.distance);
+        for &index in data.list {
+            let contact = contact(model, &data.frame.local(&at(data.cloud, index)), data.distance);
+            if contact.gap_mm > window {
+                tell(&contact, Seen::Past);
+                continue;
+            }
+            let square = contact.square();
+            if square < FAR && contact.gap_mm >= -window {
+                tell(&contact, Seen::Near { square, k: odds * libm::expf(-0.5 * square) });
+            }
+        }
+    }
+
     /// Weighs the listed points.
     pub(crate) fn pass(&self, data: &Data<'_>, ln_area: f32) -> Pass {
         let model = self.model(data.distance);
-        let odds = self.odds(data.frame.volume, ln_area);
-        let window = self.window(data.distance);
         let mut pass = Pass {
             moments: Moments::ZERO,
             constants: model.constants(),
@@ -120,17 +145,11 @@ impl Shell {
             bend: [0.0; 6],
             rays: None,
         };
-        for &index in data.list {
-            let contact = contact(&model, &data.frame.local(&at(data.cloud, index)), data.distance);
-            if contact.gap_mm > window {
-                push_aside(&mut pass.moments, &model, &contact);
-                continue;
-            }
-            let square = contact.square();
-            if !(square < FAR && contact.gap_mm >= -window) {
-                continue;
-            }
-            let k = odds * libm::expf(-0.5 * square);
+        self.look(data, &model, ln_area, |contact, seen| {
+            let Seen::Near { square, k } = seen else {
+                push_aside(&mut pass.moments, &model, contact);
+                return;
+            };
             let r = k / (1.0 + k);
             pass.moments.add(contact.u, contact.value, r / contact.variance);
             if data.distance == Distance::Orthogonal {
@@ -143,7 +162,7 @@ impl Shell {
             }
             pass.members += r;
             pass.squares += r * square;
-        }
+        });
         pass.rays = self.touch(data, &model, &mut pass.moments);
         pass
     }
@@ -152,23 +171,15 @@ impl Shell {
     /// not be the surface's says less than its `r`, by the factor `1 - (1 - r) d^2 / sigma^2`.
     pub(crate) fn information(&self, data: &Data<'_>, ln_area: f32) -> Normal {
         let model = self.model(data.distance);
-        let odds = self.odds(data.frame.volume, ln_area);
-        let window = self.window(data.distance);
         let mut moments = Moments::ZERO;
-        for &index in data.list {
-            let contact = contact(&model, &data.frame.local(&at(data.cloud, index)), data.distance);
-            if contact.gap_mm > window {
-                push_aside(&mut moments, &model, &contact);
-                continue;
-            }
-            let square = contact.square();
-            if !(square < FAR && contact.gap_mm >= -window) {
-                continue;
-            }
-            let k = odds * libm::expf(-0.5 * square);
+        self.look(data, &model, ln_area, |contact, seen| {
+            let Seen::Near { square, k } = seen else {
+                push_aside(&mut moments, &model, contact);
+                return;
+            };
             let r = k / (1.0 + k);
             moments.add(contact.u, contact.value, (r * (1.0 - (1.0 - r) * square)) / contact.variance);
-        }
+        });
         let rays = self.touch(data, &model, &mut moments);
         let constants = model.constants();
         let mut normal = Normal::new(&moments, &constants);
@@ -176,6 +187,17 @@ impl Shell {
             rays.eliminate(&mut normal, &constants);
         }
         normal
+    }
+
+    /// Gain over uniform clutter, natural logarithm, of all listed points together.
+    pub(crate) fn gain(&self, data: &Data<'_>) -> f32 {
+        let model = self.model(data.distance);
+        let mut sum = 0.0;
+        self.look(data, &model, ln_area(&self.estimate.ln_axes).value, |contact, seen| match seen {
+            Seen::Near { k, .. } => sum += libm::log1pf(k),
+            Seen::Past => sum -= if contact.miss_squared < WELL_INSIDE { THROUGH } else { 0.0 },
+        });
+        sum + data.list.len() as f32 * libm::log1pf(-self.share)
     }
 
     /// Adds the outline rays that can be the model's.
@@ -196,26 +218,6 @@ impl Shell {
             }
         }
         Some(rays)
-    }
-
-    /// Gain over uniform clutter, natural logarithm, of all listed points together.
-    pub(crate) fn gain(&self, data: &Data<'_>) -> f32 {
-        let model = self.model(data.distance);
-        let odds = self.odds(data.frame.volume, ln_area(&self.estimate.ln_axes).value);
-        let window = self.window(data.distance);
-        let mut sum = 0.0;
-        for &index in data.list {
-            let contact = contact(&model, &data.frame.local(&at(data.cloud, index)), data.distance);
-            if contact.gap_mm > window {
-                sum -= if contact.miss_squared < WELL_INSIDE { THROUGH } else { 0.0 };
-                continue;
-            }
-            let square = contact.square();
-            if square < FAR && contact.gap_mm >= -window {
-                sum += libm::log1pf(odds * libm::expf(-0.5 * square));
-            }
-        }
-        sum + data.list.len() as f32 * libm::log1pf(-self.share)
     }
 }
 
