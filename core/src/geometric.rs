@@ -2,7 +2,7 @@
 //!
 //! * [`Criterion::Algebraic`]: least squares of the trace-normalised quadric ([`crate::fit`]), the form widely used for
 //!   magnetometers. Points far out weigh more.
-//! * [`Criterion::Geometric`]: least sum of squared distances from the surface ([`crate::foot`]), by Levenberg and
+//! * [`Criterion::Geometric`]: least sum of squared distances from the surface (`foot`), by Levenberg and
 //!   Marquardt's method from the algebraic answer. What a caliper would say.
 //!
 //! Both come with the covariance that their own residuals imply, `s^2 = sum d^2 / (n - 9)`. The geometric one is

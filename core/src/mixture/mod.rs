@@ -4,13 +4,13 @@
 //! Here every point counts with its probability to lie on the surface, and the surface moves until it explains
 //! most. One bounded piece of work per [`MixtureSearch::step`]:
 //!
-//! 1. [`frame`]: the search's own frame and unit; a seeded random choice of points, the *sample*.
-//! 2. For each start: a Gaussian [`blob`], then the [`shell`] of the same moments, whose noise scale falls from a third of
+//! 1. `frame`: the search's own frame and unit; a seeded random choice of points, the *sample*.
+//! 2. For each start: a Gaussian `blob`, then the `shell` of the same moments, whose noise scale falls from a third of
 //!    the body to what the points show, then a few steps with the scale free.
-//! 3. The best few by likelihood ([`Shell::gain`]: a large empty shell has a thin density, so no size limits are needed)
+//! 3. The best few by likelihood (a large empty shell has a thin density, so no size limits are needed)
 //!    are polished with the correction for curvature, `+ 1/2 sum(r) ln A`.
-//! 4. The best goes on to all points with orthogonal distances ([`crate::foot`]).
-//! 5. Covariance and [`judge`]: an ellipsoid, or a plane, a pipe, a box, half a body, clutter?
+//! 4. The best goes on to all points with orthogonal distances (`foot`).
+//! 5. Covariance and verdict (`judge`): an ellipsoid, or a plane, a pipe, a box, half a body, clutter?
 //!
 //! Bound on the work, in points looked at: [`MAX_START_STEPS`] times the sample for each start, [`KEPT`] times
 //! [`POLISH_STEPS`] + 1 times the sample, and [`FINAL_STEPS`] + 2 times all points. A step looks at no more than that many points
