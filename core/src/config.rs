@@ -287,7 +287,12 @@ impl Config {
             min_ratio: 0.6,
             map: MapConfig {
                 // A gripper for apples forgives a centimetre; leaves cover two thirds of many.
-                gate: Gate { uncertain_mm: 9.0, visible: 0.3, ..MapConfig::of(SizePrior::APPLE).gate },
+                gate: Gate {
+                    uncertain_mm: 9.0,
+                    visible: 0.3,
+                    through: 0.25,
+                    ..MapConfig::of(SizePrior::APPLE).gate
+                },
                 ..MapConfig::of(SizePrior::APPLE)
             },
             ..Self::jujube()

@@ -140,7 +140,7 @@ pub(crate) fn congruence(transform: &[[f32; N]; N], s: &Symmetric9) -> [[f32; N]
         for j in 0..N {
             let mut sum = 0.0;
             for k in 0..N {
-                let entry = if k >= j { s.0[packed(k, j)] } else { s.0[packed(j, k)] };
+                let entry = if k >= j { s.entry(k, j) } else { s.entry(j, k) };
                 sum += transform[i][k] * entry;
             }
             half[i][j] = sum;

@@ -147,7 +147,8 @@ impl Detector {
             Viewpoint::None => View { outline: &[], pitch_rad: 0.0, ..*view },
         };
         let points = view.cloud.len();
-        if let Some(labels) = scratch.labels.get_mut(..points) {
+        let Scratch { lists, finds } = scratch;
+        if let Some(labels) = lists.labels.get_mut(..points) {
             labels.fill(0);
         }
         let in_mask = if view.in_mask < points { view.in_mask } else { points };
@@ -155,7 +156,7 @@ impl Detector {
             field: Field {
                 config: &self.config,
                 view: View { in_mask, ..view },
-                scratch,
+                scratch: lists,
                 stream: Stream::new(seed),
                 live: points as u32,
                 seeds: in_mask as u32,
@@ -163,7 +164,7 @@ impl Detector {
             },
             run: match self.config.method {
                 Method::Varsac => Run::Paper(PaperRun::new(&self.config)),
-                Method::Map => Run::Map(MapRun::new(&self.config)),
+                Method::Map => Run::Map(MapRun::new(&self.config, finds)),
                 Method::Mixture => Run::Mixture(MixtureRun::new()),
             },
         })
@@ -171,11 +172,11 @@ impl Detector {
 }
 
 /// The search that runs.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 #[allow(clippy::large_enum_variant, reason = "no heap to box into; one lives in each run")]
-enum Run {
+enum Run<'a> {
     Paper(PaperRun),
-    Map(MapRun),
+    Map(MapRun<'a>),
     Mixture(MixtureRun),
 }
 
@@ -183,7 +184,7 @@ enum Run {
 #[derive(Debug)]
 pub struct Detections<'a> {
     field: Field<'a>,
-    run: Run,
+    run: Run<'a>,
 }
 
 impl Iterator for Detections<'_> {

@@ -92,7 +92,7 @@ pub use detect::{Detection, Detections, Detector, Finish, Status, Step};
 pub use ellipsoid::Ellipsoid;
 pub use field::View;
 pub use fit::Constraint;
-pub use map::MAX_FRUIT;
+pub use map::{Finds, MAX_FRUIT};
 pub use observe::{Observer, Stage};
 pub use outline::{MAX_OUTLINE, OutlineRay};
 pub use point::{CloudError, Point3, PointBuffer, Vector3};

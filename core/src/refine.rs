@@ -75,12 +75,14 @@ impl Normal {
     pub fn add_prior(&mut self, prior: &SizeTerm, ln_axes: &[f32; 3]) {
         let p = &prior.information;
         let d = p.times(prior.departure(ln_axes));
-        for (k, value) in [(0, p.xx), (1, p.yy), (2, p.zz)] {
-            self.matrix.add_diagonal(6 + k, value);
-            self.gradient[6 + k] += d[k];
+        let [.., a, b, c] = &mut self.gradient;
+        for (entry, value) in [a, b, c].into_iter().zip(d) {
+            *entry += value;
         }
-        for (i, j, value) in [(7, 6, p.xy), (8, 6, p.xz), (8, 7, p.yz)] {
-            self.matrix.0[crate::linalg::packed(i, j)] += value;
+        for (i, j, value) in
+            [(6, 6, p.xx), (7, 7, p.yy), (8, 8, p.zz), (7, 6, p.xy), (8, 6, p.xz), (8, 7, p.yz)]
+        {
+            self.matrix.add_entry(i, j, value);
         }
     }
 }
@@ -247,26 +249,31 @@ impl Estimate {
     /// The ellipsoid with its semi-axes sorted and the sign rule of [`Ellipsoid`] applied, and for each of them its index
     /// here. Orthonormalised again: thirty small turns leave a few roundings.
     pub fn sorted(&self) -> (Ellipsoid, [usize; 3]) {
-        let sizes = self.ln_axes.map(libm::expf);
-        let mut order = [0, 1, 2];
-        for (i, j) in [(0, 1), (1, 2), (0, 1)] {
-            if sizes[order[j]] > sizes[order[i]] {
-                order.swap(i, j);
+        let [a, b, c] = self.ln_axes.map(libm::expf);
+        let [axis_a, axis_b, axis_c] = self.axes;
+        let (mut first, mut second, mut third) = ((a, axis_a, 0), (b, axis_b, 1), (c, axis_c, 2));
+        let exchange_if_larger = |front: &mut (f32, [f32; 3], usize), back: &mut (f32, [f32; 3], usize)| {
+            if back.0 > front.0 {
+                core::mem::swap(front, back);
             }
-        }
+        };
+        exchange_if_larger(&mut first, &mut second);
+        exchange_if_larger(&mut second, &mut third);
+        exchange_if_larger(&mut first, &mut second);
+        let sorted = [first, second, third];
         let [x, y, z] = self.centre;
-        let [a, b, c] = order.map(|k| self.axes[k]);
+        let [a, b, _] = sorted.map(|(_, axis, _)| axis);
         let a = unit(a);
         let along = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let b = unit([b[0] - along * a[0], b[1] - along * a[1], b[2] - along * a[2]]);
-        let axes = crate::ellipsoid::right_handed([a, b, c]);
+        let axes = crate::ellipsoid::right_handed([a, b, third.1]);
         let [a, b, _] = axes;
         let ellipsoid = Ellipsoid {
             centre: Point3::new(x, y, z),
-            semi_axes: order.map(|k| sizes[k]),
+            semi_axes: sorted.map(|(size, ..)| size),
             axes: [a, b, cross(a, b)],
         };
-        (ellipsoid, order)
+        (ellipsoid, sorted.map(|(.., index)| index))
     }
 
     /// Solves the normal equations and moves. `None` when they are singular or the step is not finite.

@@ -14,7 +14,7 @@
 
 use crate::{
     jacobi::Symmetric3,
-    linalg::{N, packed},
+    linalg::N,
     prior::SizeTerm,
     refine::{Normal, ROTATION_INFORMATION},
 };
@@ -77,7 +77,7 @@ fn gain_without_prior(
         (8, 7, l.yz - p.yz),
         (8, 8, l.zz - p.zz),
     ] {
-        free.matrix.0[packed(i, j)] += value;
+        free.matrix.add_entry(i, j, value);
     }
     let solution = free.matrix.factor()?.solve(&free.gradient);
     let mut gain = tight.cost(ln_axes) - loose.cost(ln_axes);

@@ -15,7 +15,7 @@ use crate::{
     rng::Stream,
     tebc::Shell,
     trials::trials,
-    workspace::Scratch,
+    workspace::Lists,
 };
 
 /// Why a trial came to nothing. Counted in [`VarsacReport`]; not an error, most trials end so.
@@ -93,7 +93,7 @@ impl Varsac {
         config: &Config,
         cloud: &[Point3],
         live: u32,
-        scratch: &mut Scratch<'_>,
+        scratch: &mut Lists<'_>,
         stream: &mut Stream,
         observer: &mut impl Observer,
     ) {
@@ -130,7 +130,7 @@ impl Varsac {
         config: &Config,
         cloud: &[Point3],
         live: u32,
-        scratch: &mut Scratch<'_>,
+        scratch: &mut Lists<'_>,
         stream: &mut Stream,
         observer: &mut impl Observer,
     ) -> usize {

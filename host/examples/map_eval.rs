@@ -172,6 +172,11 @@ fn run(family: &Family, seed: u64, s: &Setup, detector: &Detector) -> Row {
             );
         }
     }
+    if s.dump && scene.fruit.is_empty() {
+        if let Some(d) = detections.iter().find(|d| d.status == Status::Accepted) {
+            println!("seed {seed} {:?} {:?} {:?}", scene.bodies[0].shape, d.ellipsoid, d.findings);
+        }
+    }
     let Some(truth) = scene.fruit.first() else {
         row.false_accepts = row.accepted_total;
         return row;

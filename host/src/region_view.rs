@@ -230,8 +230,9 @@ impl<'a> Grid<'a> {
             // Interpolated depth has no edges, only ramps.
             let mut rays =
                 if self.stride == 1 { self.depth_edges(label, bounds, step_mm) } else { Vec::new() };
-            if options.mask_is_exact {
-                rays.extend(self.mask_edges(label, bounds, step_mm));
+            if options.mask_is_exact || self.stride > 1 {
+                let sigma_px = if options.mask_is_exact { DRAWN_SIGMA_PX } else { COLOUR_SIGMA_PX };
+                rays.extend(self.mask_edges(label, bounds, step_mm, sigma_px));
             }
             let kept = crate::decimate::evenly_spaced(rays.len(), options.outline_capacity);
             result.outline = kept.iter().map(|&index| rays[index]).collect();
@@ -292,10 +293,10 @@ impl<'a> Grid<'a> {
 
     /// Rays between the last pixel of the region and the first one outside it, along the rows and columns of the grid; where
     /// something nearer begins there, the region ends and its fruit does not.
-    fn mask_edges(&self, label: u32, bounds: &Bounds, step_mm: f32) -> Vec<OutlineRay> {
+    fn mask_edges(&self, label: u32, bounds: &Bounds, step_mm: f32, sigma_px: f64) -> Vec<OutlineRay> {
         let depths = self.depths_of(label, bounds);
         let Some(&middle_mm) = depths.get(depths.len() / 2) else { return Vec::new() };
-        let sigma_rad = (MASK_SIGMA_PX / self.pixels.focal_px().0) as f32;
+        let sigma_rad = (sigma_px / self.pixels.focal_px().0) as f32;
         let mut rays = Vec::new();
         for v in bounds.top - 1..=bounds.bottom + 1 {
             for u in bounds.left - 1..=bounds.right + 1 {
@@ -354,6 +355,8 @@ impl<'a> Grid<'a> {
 }
 
 /// Deviation of a drawn mask's border, colour pixels, and of the depth image's place in it.
-const MASK_SIGMA_PX: f64 = 4.0;
+const DRAWN_SIGMA_PX: f64 = 4.0;
+/// The same of the border of a colour threshold.
+const COLOUR_SIGMA_PX: f64 = 6.0;
 /// Grid points to either side of a mask's border that are looked at.
 const MASK_LOOK: i64 = 4;

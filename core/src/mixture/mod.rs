@@ -52,7 +52,7 @@ use crate::{
     refine::Estimate,
     residual::Viewpoint,
     rng::Stream,
-    workspace::Scratch,
+    workspace::{Lists, Scratch},
 };
 
 /// Steps of the blob made from all points, and of the others.
@@ -174,6 +174,16 @@ impl MixtureSearch {
         scratch: &mut Scratch<'_>,
         stream: &mut Stream,
     ) -> MixtureProgress {
+        self.work(config, view, &mut scratch.lists, stream)
+    }
+
+    pub(crate) fn work(
+        &mut self,
+        config: &MixtureConfig,
+        view: &View<'_>,
+        scratch: &mut Lists<'_>,
+        stream: &mut Stream,
+    ) -> MixtureProgress {
         let Some(frame) = self.frame else { return self.begin(config, view, scratch, stream) };
         let count = if matches!(self.stage, Stage::Final { .. }) { self.live } else { self.sample };
         let source =
@@ -215,7 +225,7 @@ impl MixtureSearch {
         &mut self,
         config: &MixtureConfig,
         view: &View<'_>,
-        scratch: &mut Scratch<'_>,
+        scratch: &mut Lists<'_>,
         stream: &mut Stream,
     ) -> MixtureProgress {
         let few = |count: usize| {

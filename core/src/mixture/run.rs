@@ -46,7 +46,7 @@ impl MixtureRun {
                 Step::Working
             }
             Phase::Search(search) => {
-                match search.step(&config.mixture, &field.view, &mut field.scratch, &mut field.stream) {
+                match search.work(&config.mixture, &field.view, &mut field.scratch, &mut field.stream) {
                     MixtureProgress::Working => Step::Working,
                     MixtureProgress::Nothing(_) => self.missed(report(config, None, field.live)),
                     MixtureProgress::Found(solution) => self.found(field, &solution),

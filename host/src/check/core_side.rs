@@ -5,8 +5,8 @@ use super::record::{Recorder, Stage};
 use varsac_core::jacobi::{self, Symmetric3};
 use varsac_core::linalg::Symmetric9;
 use varsac_core::{
-    CentralQuadric, Detection, Detector, Ellipsoid, Finish, Observer, Quadric, Rejection, Score, Scratch,
-    Step, VarsacReport,
+    CentralQuadric, Detection, Detector, Ellipsoid, Finds, Finish, Observer, Quadric, Rejection, Score,
+    Scratch, Step, VarsacReport,
 };
 
 /// Runs the core over a case.
@@ -17,7 +17,8 @@ pub(crate) fn run(case: &Case, recorder: &mut Recorder) {
     };
     let n = case.cloud.len().min(65_535);
     let (mut order, mut members, mut labels) = (vec![0; n], vec![0; n], vec![0; n]);
-    let scratch = Scratch::new(&mut order, &mut members, &mut labels);
+    let mut finds = Finds::new();
+    let scratch = Scratch::new(&mut order, &mut members, &mut labels, &mut finds);
     let run = detector.detect(&case.cloud, scratch, case.seed);
     recorder.integers(Stage::Cloud, "accepted", [u32::from(run.is_ok())]);
     let Ok(mut run) = run else { return };
