@@ -18,6 +18,9 @@ pub mod write;
 
 mod fig5;
 mod fig6;
+mod noprior;
+mod one_sided_noprior;
+mod surface;
 
 use std::{path::PathBuf, time::Instant};
 
@@ -30,7 +33,7 @@ use figure::Figure;
 use table::Table;
 
 /// All experiments, in the order of the paper.
-pub const EXPERIMENTS: &[Experiment] = &[fig5::EXPERIMENT, fig6::EXPERIMENT];
+pub const EXPERIMENTS: &[Experiment] = &[fig5::EXPERIMENT, fig6::EXPERIMENT, surface::EXPERIMENT, one_sided_noprior::EXPERIMENT];
 
 /// One experiment.
 #[derive(Debug, Clone, Copy)]
