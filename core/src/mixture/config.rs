@@ -29,6 +29,8 @@ pub struct MixtureConfig {
     pub inflation: f32,
     /// Added to it, times the square of the noise over the shortest semi-axis.
     pub inflation_thin: f32,
+    /// Added to it for as many points off the surface as on it: some of their neighbours fit by chance.
+    pub inflation_outliers: f32,
     /// Limits of acceptance.
     pub gate: MixtureGate,
 }
@@ -64,6 +66,7 @@ impl MixtureConfig {
         outline_offset_rad: 0.15 / 365.456,
         inflation: 1.1,
         inflation_thin: 2.0,
+        inflation_outliers: 0.0,
         gate: MixtureGate {
             min_points: 20.0,
             gain: 0.1,
@@ -80,8 +83,9 @@ impl MixtureConfig {
         // The half that is seen does not curve the other way: what the correction would do to the sizes it does to the centre.
         area_weight: 0.0,
         shape_spread: 1.0,
-        inflation: 1.6,
-        gate: MixtureGate { coverage: 0.0, ..Self::SURFACE.gate },
+        inflation: 1.0,
+        inflation_outliers: 4.0,
+        gate: MixtureGate { coverage: 0.0, uncertain: 0.4, ..Self::SURFACE.gate },
         ..Self::SURFACE
     };
 }
@@ -106,8 +110,12 @@ impl MixtureConfig {
         require(spread >= 0.01, "mixture.shape_spread", spread, "0.01 or more; infinity for no such term")?;
         let offset = self.outline_offset_rad;
         require((1e-9..=1.0).contains(&offset), "mixture.outline_offset_rad", offset, "1e-9 to 1")?;
-        let thin = self.inflation_thin;
-        require((0.0..f32::INFINITY).contains(&thin), "mixture.inflation_thin", thin, "0 or more")?;
+        for (field, value) in [
+            ("mixture.inflation_thin", self.inflation_thin),
+            ("mixture.inflation_outliers", self.inflation_outliers),
+        ] {
+            require((0.0..f32::INFINITY).contains(&value), field, value, "0 or more")?;
+        }
         let gate = &self.gate;
         for (field, value) in [
             ("mixture.gate.min_points", gate.min_points),

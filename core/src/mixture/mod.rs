@@ -423,7 +423,10 @@ fn solution(config: &MixtureConfig, data: &Data<'_>, shell: &Shell) -> MixtureSo
     let area = ln_area(&shell.estimate.ln_axes).value;
     let information = shell.information(data, area);
     let thickness = shell.sigma / local.semi_axes[2];
-    let inflation = config.inflation + config.inflation_thin * (thickness * thickness);
+    let outliers = (1.0 - shell.share) / shell.share;
+    let inflation = config.inflation
+        + config.inflation_thin * (thickness * thickness)
+        + config.inflation_outliers * outliers;
     let covariance = covariance(&information, &shell.estimate, &local, order, inflation);
     let sigma = covariance.map_or(f32::INFINITY, |c| c.sigma_centre_max_mm());
     let findings = MixtureFindings { uncertain: sigma / local.semi_axes[2], ..findings(shell, data, area) };

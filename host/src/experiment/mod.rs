@@ -33,7 +33,8 @@ use figure::Figure;
 use table::Table;
 
 /// All experiments, in the order of the paper.
-pub const EXPERIMENTS: &[Experiment] = &[fig5::EXPERIMENT, fig6::EXPERIMENT, surface::EXPERIMENT, one_sided_noprior::EXPERIMENT];
+pub const EXPERIMENTS: &[Experiment] =
+    &[fig5::EXPERIMENT, fig6::EXPERIMENT, surface::EXPERIMENT, one_sided_noprior::EXPERIMENT];
 
 /// One experiment.
 #[derive(Debug, Clone, Copy)]
