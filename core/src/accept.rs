@@ -34,6 +34,15 @@ pub enum RefusalCode {
     SharedVolume,
     /// The normal equations are singular; no value.
     Singular,
+    /// The points are as well uniform clutter: gain in log-likelihood for each point.
+    Clutter,
+    /// Too little of the surface is covered: share of it.
+    Coverage,
+    /// The body is no ellipsoid: rms of the residuals that depends on where on the surface they are, over the shortest
+    /// semi-axis.
+    Shape,
+    /// The centre is too uncertain: its largest standard deviation over the shortest semi-axis.
+    Vague,
 }
 
 impl RefusalCode {
@@ -52,6 +61,10 @@ impl RefusalCode {
             Self::Through => "through",
             Self::SharedVolume => "shared_volume",
             Self::Singular => "singular",
+            Self::Clutter => "clutter",
+            Self::Coverage => "coverage",
+            Self::Shape => "shape",
+            Self::Vague => "vague",
         }
     }
 }

@@ -13,6 +13,7 @@ use crate::{
     covariance::Covariance,
     field::{Field, View},
     map::MapRun,
+    mixture::MixtureRun,
     paper::PaperRun,
     point::check_cloud,
     rng::Stream,
@@ -137,7 +138,11 @@ impl Detector {
             return Err(CloudError::TooManyRays { count: view.outline.len() as u32 });
         }
         // Without a viewpoint there are no rays, and no pixels to count.
-        let view = match self.config.map.viewpoint {
+        let viewpoint = match self.config.method {
+            Method::Mixture => self.config.mixture.viewpoint,
+            Method::Map | Method::Varsac => self.config.map.viewpoint,
+        };
+        let view = match viewpoint {
             Viewpoint::Origin => *view,
             Viewpoint::None => View { outline: &[], pitch_rad: 0.0, ..*view },
         };
@@ -160,6 +165,7 @@ impl Detector {
             run: match self.config.method {
                 Method::Varsac => Run::Paper(PaperRun::new(&self.config)),
                 Method::Map => Run::Map(MapRun::new(&self.config, finds)),
+                Method::Mixture => Run::Mixture(MixtureRun::new()),
             },
         })
     }
@@ -171,6 +177,7 @@ impl Detector {
 enum Run<'a> {
     Paper(PaperRun),
     Map(MapRun<'a>),
+    Mixture(MixtureRun),
 }
 
 /// One run over one cloud.
@@ -206,6 +213,7 @@ impl Detections<'_> {
         match &mut self.run {
             Run::Paper(run) => run.step(&mut self.field, observer),
             Run::Map(run) => run.step(&mut self.field, observer),
+            Run::Mixture(run) => run.step(&mut self.field),
         }
     }
 

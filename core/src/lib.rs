@@ -54,6 +54,8 @@ mod detect;
 mod ellipsoid;
 mod field;
 pub mod fit;
+mod foot;
+pub mod geometric;
 mod hypothesis;
 pub mod jacobi;
 pub mod kdtree;
@@ -61,6 +63,7 @@ pub mod linalg;
 #[cfg(feature = "link")]
 pub mod link;
 mod map;
+pub mod mixture;
 mod moments;
 mod nuisance;
 mod observe;

@@ -147,7 +147,7 @@ pub(crate) struct Terms {
 }
 
 /// `3^2`, Geman-McClure on outline rays.
-const OUTLINE_KERNEL: Kernel = Kernel::GemanMcClure(9.0);
+pub(crate) const OUTLINE_KERNEL: Kernel = Kernel::GemanMcClure(9.0);
 /// A ray that passes closer to the centre than half way does not ask the model to step aside.
 const DEEP: f32 = 0.25;
 
@@ -282,17 +282,22 @@ impl Estimate {
         for k in 3..6 {
             matrix.add_diagonal(k, ROTATION_INFORMATION);
         }
-        let solution = matrix.factor()?.solve(&normal.gradient);
-        let d = solution.map(|x| -x);
-        let smallest = libm::expf(self.ln_axes[2]);
-        let centre = limited([d[0], d[1], d[2]], CENTRE_LIMIT * smallest);
+        let d = matrix.factor()?.solve(&normal.gradient).map(|x| -x);
+        let next = self.moved_by(&d, CENTRE_LIMIT * libm::expf(self.ln_axes[2]))?;
+        Some(Self { boxiness: self.boxiness + normal.boxiness.follow(&d), ..next })
+    }
+
+    /// Moves by a step of the nine parameters, shortened where it is too bold: centre to `centre_limit`, rotation to half a
+    /// radian, sizes to 30 %. `None` when the step is not finite.
+    pub(crate) fn moved_by(&self, d: &[f32; N], centre_limit: f32) -> Option<Self> {
+        let centre = limited([d[0], d[1], d[2]], centre_limit);
         let rotation = limited([d[3], d[4], d[5]], ROTATION_LIMIT);
         let sizes = limited([d[6], d[7], d[8]], SIZE_LIMIT);
         let next = Self {
             centre: moved(&self.centre, &self.axes, centre),
             axes: turned(&self.axes, rotation),
             ln_axes: [self.ln_axes[0] + sizes[0], self.ln_axes[1] + sizes[1], self.ln_axes[2] + sizes[2]],
-            boxiness: self.boxiness + normal.boxiness.follow(&d),
+            boxiness: self.boxiness,
         };
         d.iter().all(|x| x.is_finite()).then_some(next)
     }

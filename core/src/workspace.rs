@@ -75,9 +75,22 @@ impl<'a> Scratch<'a> {
         let Lists { order, members, labels } = &self.lists;
         order.len().min(members.len()).min(labels.len()).min(MAX_POINTS)
     }
+
+    /// Declares the first `count` points live: for searches that are run by hand, see [`crate::mixture`].
+    pub fn reset(&mut self, count: usize) {
+        self.lists.labels.iter_mut().take(count).for_each(|label| *label = 0);
+    }
 }
 
 impl Lists<'_> {
+    /// Copies the first `count` members to `order` and lends them there.
+    pub(crate) fn copy_members(&mut self, count: usize) -> &mut [u16] {
+        for (slot, &index) in self.order.iter_mut().zip(self.members.iter()).take(count) {
+            *slot = index;
+        }
+        self.order.get_mut(..count).unwrap_or(&mut [])
+    }
+
     /// Lists the unclaimed points that satisfy `wanted` in `members`, ascending; returns how many. `O(n)`.
     pub(crate) fn list_live(&mut self, cloud: &[Point3], wanted: impl Fn(&Point3) -> bool) -> usize {
         let mut count = 0;

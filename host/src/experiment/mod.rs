@@ -29,12 +29,15 @@ mod fig8;
 mod fig9;
 mod frames;
 mod methods;
+mod noprior;
+mod one_sided_noprior;
 mod precision;
 mod sample_sizes;
 mod similarity;
 mod simulated;
 mod solvers;
 mod speed;
+mod surface;
 mod table3;
 mod table4;
 mod table6;
@@ -71,6 +74,8 @@ pub const EXPERIMENTS: &[Experiment] = &[
     onesided::DECOYS,
     onesided::CALIBRATION,
     onesided::TOUCHING,
+    surface::EXPERIMENT,
+    one_sided_noprior::EXPERIMENT,
 ];
 
 /// One experiment.

@@ -32,6 +32,8 @@ pub const MAX_CAPACITY: usize = varsac_core::point::MAX_POINTS;
 pub enum Method {
     /// The default: the most probable body of known size, with its uncertainty, accepted or refused.
     Map,
+    /// The most probable ellipsoid of any size: what the default is with `--fruit none`.
+    Mixture,
     /// The paper's: variable sample consensus, counting between two ellipsoids, least squares.
     Varsac,
     /// The paper's baseline: nine points, distance and normal.
@@ -45,6 +47,7 @@ impl Method {
     pub fn name(self) -> &'static str {
         match self {
             Self::Map => "map",
+            Self::Mixture => "mixture",
             Self::Varsac => "varsac",
             Self::Ransac => "ransac",
             Self::Direct => "direct",
@@ -117,6 +120,7 @@ impl Options {
     pub fn new(config: Config, regions: RegionSource, seed: u64) -> Self {
         let method = match config.method {
             varsac_core::Method::Map => Method::Map,
+            varsac_core::Method::Mixture => Method::Mixture,
             varsac_core::Method::Varsac => Method::Varsac,
         };
         let mask_is_exact = !matches!(regions, RegionSource::Colour(_));

@@ -21,6 +21,7 @@ mod shade;
 mod shape;
 mod sight;
 pub mod simulation;
+pub mod surface;
 mod tiles;
 
 pub use fruit::FruitKind;
