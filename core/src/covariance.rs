@@ -67,7 +67,7 @@ impl Covariance {
             yz: self.entry(2, 1),
         };
         let [_, _, largest] = crate::jacobi::eigen(&block).values;
-        if largest > 0.0 { libm::sqrtf(largest) } else { 0.0 }
+        if largest > 0.0 { libm::sqrtf(largest) } else { f32::INFINITY }
     }
 }
 

@@ -34,7 +34,7 @@ pub struct Detection {
     pub report: VarsacReport,
     /// Accepted, or why not. The paper's search accepts all it finds.
     pub status: Status,
-    /// How sure; none from the paper's search, nor where the normal equations are singular.
+    /// How sure; none from the paper's search, nor where the normal equations are singular or their inverse not finite.
     pub covariance: Option<Covariance>,
     /// What the tests of acceptance looked at; none from the paper's search.
     pub findings: Option<Findings>,

@@ -177,7 +177,7 @@ impl<'a> Evidence<'a> {
 
     /// The normal equations at `estimate`: points in order, outline rays in order, displacement eliminated, prior.
     ///
-    /// A live point within the window counts with its residual. A point further behind was seen past the model: where
+    /// An open point within the window counts with its residual. A point further behind was seen past the model: where
     /// its ray hits, it counts with the residual of the ray's closest approach, which pushes the outline aside.
     pub(crate) fn normal(&self, estimate: &Estimate, terms: &Terms, kernel: Kernel) -> Normal {
         let ellipsoid = estimate.ellipsoid();

@@ -186,7 +186,13 @@ fn hypothesis(
     }
     observer.sample(sample);
     let surface = valid_fit(config, cloud, sample, config.constraint, observer)?;
-    let score = Shell::new(&surface, config.shell).score(cloud, members);
+    let shell = Shell::new(&surface, config.shell);
+    // As many different members as points: that is all of them, and no list is needed.
+    let score = if members.len() == cloud.len() {
+        Score { inliers: shell.count(cloud), candidates: cloud.len() as u32 }
+    } else {
+        shell.score(cloud, members)
+    };
     if score.inliers < u32::from(config.min_inliers) || score.ratio() < config.min_ratio {
         return Err(Rejection::Support);
     }

@@ -91,6 +91,7 @@ typedef struct varsac_inflation {
 /* Limits of acceptance; INFINITY, or 0 where the limit is a lower one, switches a test off. See varsac_verdict_t. */
 typedef struct varsac_gate {
     float size_conflict; /* chi-squared of three degrees of freedom */
+    float size_conflict_end_on; /* the same for a fruit seen from its end, which looks like a ball there */
     float size_unknown;  /* relative standard deviation of the whole size */
     float ambiguous;     /* score of the best rival over the score */
     float outline;       /* mean of min(|f|, 3) over at least six outline rays */
@@ -121,7 +122,7 @@ typedef struct varsac_map {
     uint8_t final_steps;        /* 1 to 50 */
     uint8_t reserved;           /* 0 */
 } varsac_map_t;
-VARSAC_ASSERT(sizeof(varsac_map_t) == 116, "no padding");
+VARSAC_ASSERT(sizeof(varsac_map_t) == 120, "no padding");
 
 /* Which search. */
 enum {
@@ -153,7 +154,7 @@ typedef struct varsac_config {
     /* The default search. */
     varsac_map_t map;
 } varsac_config_t;
-VARSAC_ASSERT(sizeof(varsac_config_t) == 168, "no padding");
+VARSAC_ASSERT(sizeof(varsac_config_t) == 172, "no padding");
 VARSAC_ASSERT(offsetof(varsac_config_t, sample_sizes) == 35, "no padding");
 VARSAC_ASSERT(offsetof(varsac_config_t, map) == 52, "no padding");
 

@@ -95,6 +95,7 @@ const FIELDS: [&CStr; 39] = [
     c"map.inflation.per_conflict",
     c"map.inflation.per_clutter",
     c"map.gate.size_conflict",
+    c"map.gate.size_conflict_end_on",
     c"map.gate.size_unknown",
     c"map.gate.ambiguous",
     c"map.gate.outline",

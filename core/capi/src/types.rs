@@ -91,6 +91,7 @@ pub struct CInflation {
 #[allow(missing_docs, reason = "the fields are those of varsac_core::Gate")]
 pub struct CGate {
     pub size_conflict: f32,
+    pub size_conflict_end_on: f32,
     pub size_unknown: f32,
     pub ambiguous: f32,
     pub outline: f32,
@@ -170,7 +171,7 @@ const _: () = assert!(align_of::<Finds>() <= align_of::<CFinds>());
 
 // The header asserts the same numbers.
 const _: () = assert!(size_of::<CPoint>() == 12 && align_of::<CPoint>() == 4);
-const _: () = assert!(size_of::<CMap>() == 116);
+const _: () = assert!(size_of::<CMap>() == 120);
 const _: () = assert!(size_of::<CConfig>() == 168);
 const _: () = assert!(size_of::<CDetection>() == 296);
 const _: () = assert!(size_of::<COutlineRay>() == 20 && align_of::<COutlineRay>() == 4);
@@ -252,6 +253,7 @@ impl From<&MapConfig> for CMap {
             },
             gate: CGate {
                 size_conflict: gate.size_conflict,
+                size_conflict_end_on: gate.size_conflict_end_on,
                 size_unknown: gate.size_unknown,
                 ambiguous: gate.ambiguous,
                 outline: gate.outline,
@@ -311,6 +313,7 @@ impl CMap {
             gate: Gate {
                 min_points: gate.min_points,
                 size_conflict: gate.size_conflict,
+                size_conflict_end_on: gate.size_conflict_end_on,
                 size_unknown: gate.size_unknown,
                 ambiguous: gate.ambiguous,
                 outline: gate.outline,

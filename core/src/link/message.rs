@@ -226,6 +226,7 @@ mod tests {
         explained: u16::MAX,
         through: u16::MAX,
         size_conflict: 1.0,
+        end_on: 0.5,
         size_sigma: 0.1,
         rival: 0.5,
         outline_rays: u16::MAX,
@@ -391,15 +392,16 @@ mod tests {
             gate: Gate {
                 min_points: 301,
                 size_conflict: 17.0,
-                size_unknown: 18.0,
-                ambiguous: 19.0,
-                outline: 20.0,
-                visible: 21.0,
-                colour: 22.0,
-                uncertain_mm: 23.0,
-                flat: 24.0,
-                through: 25.0,
-                shared_volume: 26.0,
+                size_conflict_end_on: 18.0,
+                size_unknown: 19.0,
+                ambiguous: 20.0,
+                outline: 21.0,
+                visible: 22.0,
+                colour: 23.0,
+                uncertain_mm: 24.0,
+                flat: 25.0,
+                through: 26.0,
+                shared_volume: 27.0,
             },
         };
         let config = Config { method: Method::Varsac, map, ..Config::table5() };
@@ -431,7 +433,7 @@ mod tests {
             .chain([0xAC, 0x02, 31, 32, 33, 34]) // hypotheses 300, steps, kept, steps
             .chain(floats(14..=16)) // inflation
             .chain([0xAD, 0x02]) // min_points 301
-            .chain(floats(17..=26)); // the other limits
+            .chain(floats(17..=27)); // the other limits
         assert_eq!(frame::VERSION, 2);
         assert!(bytes.iter().copied().eq(expected), "{bytes:?}");
     }

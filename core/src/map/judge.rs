@@ -10,7 +10,7 @@ use crate::{
     point::at,
     prior::SizePrior,
     refine::{Estimate, Evidence, Terms},
-    residual::RayModel,
+    residual::{RayModel, Viewpoint, dot},
     size::size_evidence,
     visibility::{Sight, predicted_pixels, sight},
 };
@@ -109,6 +109,7 @@ fn verdict(
         explained: support.explained,
         through: support.through,
         size_conflict: size.conflict,
+        end_on: end_on(&ellipsoid, terms.viewpoint),
         size_sigma: size.sigma,
         rival: fruit.rival,
         outline_rays,
@@ -134,6 +135,19 @@ fn verdict(
         covariance,
         findings: Some(findings),
     })
+}
+
+/// A body counts as elongated when its long semi-axis is this many times the middle one.
+const ELONGATED: f32 = 1.3;
+
+/// See [`Findings::end_on`].
+fn end_on(ellipsoid: &Ellipsoid, viewpoint: Viewpoint) -> f32 {
+    let [a, b, _] = ellipsoid.semi_axes;
+    if viewpoint == Viewpoint::None || a < ELONGATED * b {
+        return 0.0;
+    }
+    let centre = [ellipsoid.centre.x, ellipsoid.centre.y, ellipsoid.centre.z];
+    libm::fabsf(dot(ellipsoid.axes[0], centre)) / libm::sqrtf(dot(centre, centre))
 }
 
 /// Seen on the surface, in the mask or not, over predicted pixels; infinite where the pitch is not known.

@@ -375,8 +375,9 @@ pub(super) fn run_with(args: &LocateArgs, searcher: &mut dyn Searcher) -> Result
     let progress = progress(args.inputs.len());
     let mut outcome = Outcome::NothingFound;
     let mut failed = None;
+    let mut camera = None;
     for path in &args.inputs {
-        match one(args, path, &options, searcher) {
+        match one(args, path, &options, searcher, &mut camera) {
             Ok((text, found)) => {
                 progress.suspend(|| print(&text))?;
                 if found {
@@ -415,14 +416,14 @@ fn one(
     path: &Path,
     options: &Options,
     searcher: &mut dyn Searcher,
+    camera: &mut Option<Camera>,
 ) -> Result<(String, bool), InputError> {
     let input = path.display().to_string();
     let located = if path.is_dir() {
         let frame = Frame::read(path)?;
-        let located = locate_frame_with(searcher, &input, &frame, options)?;
-        if let Some(named) = &args.draw {
-            let camera = Camera::of(&frame)?;
-            picture::of_frame(&frame, &camera, &located, &args.output(named, &located))?;
+        let located = locate_frame_with(searcher, camera, &input, &frame, options)?;
+        if let (Some(named), Some(camera)) = (&args.draw, camera) {
+            picture::of_frame(&frame, camera, &located, &args.output(named, &located))?;
         }
         located
     } else {

@@ -8,9 +8,15 @@
 //! seed, and results are gathered in the order of the seeds. Times are the exception; they stand in columns whose key
 //! ends in `_ms` or `_us` (a quotient of times: in `_ratio`) and in no finding and no figure.
 
+#![allow(
+    clippy::unnecessary_wraps,
+    reason = "an experiment can refuse a file that a user names; most are given none"
+)]
+
 pub mod figure;
 pub mod html;
 mod on_canvas;
+pub mod onesided;
 mod plot;
 mod scale;
 pub mod table;
@@ -18,6 +24,13 @@ pub mod write;
 
 mod fig5;
 mod fig6;
+mod fig7;
+mod fig8;
+mod methods;
+mod simulated;
+mod speed;
+mod table3;
+mod table4;
 
 use std::{path::PathBuf, time::Instant};
 
@@ -30,7 +43,20 @@ use figure::Figure;
 use table::Table;
 
 /// All experiments, in the order of the paper.
-pub const EXPERIMENTS: &[Experiment] = &[fig5::EXPERIMENT, fig6::EXPERIMENT];
+pub const EXPERIMENTS: &[Experiment] = &[
+    fig5::EXPERIMENT,
+    fig6::EXPERIMENT,
+    table3::EXPERIMENT,
+    table4::EXPERIMENT,
+    fig7::EXPERIMENT,
+    fig8::EXPERIMENT,
+    speed::EXPERIMENT,
+    onesided::ONE_SIDED,
+    onesided::OUTLINE,
+    onesided::DECOYS,
+    onesided::CALIBRATION,
+    onesided::TOUCHING,
+];
 
 /// One experiment.
 #[derive(Debug, Clone, Copy)]
