@@ -172,7 +172,7 @@ const _: () = assert!(align_of::<Finds>() <= align_of::<CFinds>());
 // The header asserts the same numbers.
 const _: () = assert!(size_of::<CPoint>() == 12 && align_of::<CPoint>() == 4);
 const _: () = assert!(size_of::<CMap>() == 120);
-const _: () = assert!(size_of::<CConfig>() == 168);
+const _: () = assert!(size_of::<CConfig>() == 172);
 const _: () = assert!(size_of::<CDetection>() == 296);
 const _: () = assert!(size_of::<COutlineRay>() == 20 && align_of::<COutlineRay>() == 4);
 const _: () = assert!(size_of::<CView>() == 16 + 2 * size_of::<usize>());
