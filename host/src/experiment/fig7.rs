@@ -3,7 +3,7 @@
 use super::{
     Context, Experiment, Report,
     figure::Figure,
-    methods::METHODS,
+    methods::VARSAC,
     simulated::{WHOLE, cloud, search},
     table::{Column, Table, row},
 };
@@ -25,15 +25,13 @@ const SIGMA: f64 = 0.1;
 fn run(context: &Context) -> Result<Report, InputError> {
     let simulation = cloud(context.seed, SIGMA);
     let config = WHOLE.config();
-    let varsac = METHODS.iter().find(|method| method.name == "VARSAC+TEBC");
-    let found =
-        varsac.and_then(|method| search(method, &simulation, &config, context.seed)).ok_or_else(|| {
-            InputError::at(
-                "fig7",
-                format!("the search of seed {} finds nothing", context.seed),
-                "choose another --seed",
-            )
-        })?;
+    let found = search(&VARSAC, &simulation, &config, context.seed).ok_or_else(|| {
+        InputError::at(
+            "fig7",
+            format!("the search of seed {} finds nothing", context.seed),
+            "choose another --seed",
+        )
+    })?;
     let points: Vec<[f32; 3]> = simulation.points.iter().map(|p| [p.x, p.y, p.z]).collect();
     let mut labels = vec![0; points.len()];
     for &index in &found.inliers {

@@ -5,7 +5,7 @@
 
 use super::{
     Context, Experiment, Report,
-    methods::METHODS,
+    methods::VARSAC,
     simulated::{FAILED, READINGS, Reading, cloud, errors, search},
     table::{Column, Table, row},
 };
@@ -72,9 +72,8 @@ fn run(context: &Context) -> Result<Report, InputError> {
 
 /// The nine parameters of one run; nothing where it failed.
 fn parameters(reading: &Reading, seed: u64) -> Option<[f64; 9]> {
-    let varsac = METHODS.iter().find(|method| method.name == "VARSAC+TEBC")?;
     let simulation = cloud(seed, SIGMA);
-    let found = search(varsac, &simulation, &reading.config(), seed)?;
+    let found = search(&VARSAC, &simulation, &reading.config(), seed)?;
     let is_good = errors(&simulation, &found).centre_mm <= FAILED;
     is_good.then(|| all_nine(&found.ellipsoid))
 }

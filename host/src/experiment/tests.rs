@@ -72,7 +72,7 @@ fn every_file_is_written_and_the_page_needs_no_other() {
     };
     let experiment = Experiment { name: "trial", purpose: "A trial.", run: |_| Ok(Report::default()) };
     let one = Finished { experiment, report, seed: 3, elapsed_ms: 1.0 };
-    let page = write::write(&[one.clone()], &folder.path().join("new/folder")).unwrap();
+    let page = write::write(std::slice::from_ref(&one), &folder.path().join("new/folder")).unwrap();
     let mut names: Vec<String> = std::fs::read_dir(page.parent().unwrap())
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())

@@ -25,6 +25,6 @@ mod tiles;
 
 pub use fruit::FruitKind;
 pub use render::{KinectFrame, KinectRig, RegisteredFrame, TrueFruit, render_depth_patch, render_kinect};
-pub use scene::{Scene, SceneOptions};
+pub use scene::{Daylight, Scene, SceneOptions};
 pub use sensor::SensorOptions;
 pub use simulation::{Simulation, SimulationOptions, simulate};
