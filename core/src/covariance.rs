@@ -88,6 +88,8 @@ impl Covariance {
 
 /// Covariance from the normal equations at `estimate`, for the axes in the order of `ellipsoid` (the sorted form of the
 /// same body; `order[k]` is the index in the estimate of its k-th semi-axis). `None` when the matrix is singular or the result not finite.
+// Not inlined, so that its matrices are not on the stack while others are made.
+#[inline(never)]
 pub(crate) fn covariance(
     normal: &Normal,
     estimate: &Estimate,
@@ -99,10 +101,9 @@ pub(crate) fn covariance(
     for k in 3..6 {
         matrix.add_diagonal(k, ROTATION_INFORMATION);
     }
-    let inverse = matrix.factor()?.inverse();
-    let mut body = Symmetric9::ZERO;
-    for (target, source) in body.0.iter_mut().zip(inverse.0) {
-        *target = inflation * source;
+    let mut body = matrix.factor()?.inverse();
+    for entry in &mut body.0 {
+        *entry *= inflation;
     }
     in_cloud(&body, estimate, ellipsoid, order)
 }

@@ -30,6 +30,8 @@ pub(crate) struct SizeEvidence {
 
 /// `fitted` are the normal equations at the fit with the prior `tight`, whose logarithms are `fitted_ln`; `free` those at the
 /// fit with the prior `loose`. Singular equations tell nothing about the size: infinite conflict and deviation.
+// Not inlined, so that its matrices are not on the stack while others are made.
+#[inline(never)]
 pub(crate) fn size_evidence(
     fitted: &Normal,
     fitted_ln: &[f32; 3],

@@ -64,7 +64,7 @@ pub unsafe extern "C" fn varsac_config_problem(config: *const CConfig) -> *const
 
 /// The core's names of the fields it checks, which do not end in 0, with their 0. As expressions behind `config->` or
 /// `config.` they are C.
-const FIELDS: [&CStr; 40] = [
+const FIELDS: &[&CStr] = &[
     c"confidence",
     c"sample_sizes",
     c"shell",

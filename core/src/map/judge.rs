@@ -176,6 +176,7 @@ fn separation(found: &[Fruit], turn: u8, ellipsoid: &Ellipsoid) -> f32 {
 }
 
 /// Outline rays that can be the model's, and the mean of `min(|f|, 3)` over them.
+#[inline(never)]
 fn outline_fit(evidence: &Evidence<'_>, best: &Estimate, terms: &Terms) -> (u16, f32) {
     let ellipsoid = best.ellipsoid();
     let model = RayModel::new(&ellipsoid, &terms.noise, terms.viewpoint);
@@ -207,6 +208,7 @@ struct PointShape {
 /// Unexplained points count as near within twice the window and `f^2 < 100`.
 const CLUTTER_CUT: f32 = 100.0;
 
+#[inline(never)]
 fn shape_of_points(evidence: &Evidence<'_>, best: &Estimate, terms: &Terms, in_mask: usize) -> PointShape {
     let ellipsoid = best.ellipsoid();
     let model = RayModel::new(&ellipsoid, &terms.noise, terms.viewpoint);

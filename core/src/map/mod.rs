@@ -131,6 +131,8 @@ impl<'a> MapRun<'a> {
         Self { phase: Phase::Begin, failures: 0, terms, scale: Scale { long, short }, found }
     }
 
+    // A frame of its own: the paper's search must not pay for it on the stack.
+    #[inline(never)]
     pub(crate) fn step(&mut self, field: &mut Field<'_>, observer: &mut impl Observer) -> Step {
         match &mut self.phase {
             Phase::Begin => {

@@ -128,19 +128,22 @@ fn search(
     let Ok(mut run) = detector.detect(cloud, workspace.scratch(), 1) else { exit(3) };
     cost.instructions = since(start, overhead);
     loop {
-        let (step, outcome) = counted(overhead, || run.step());
+        let start = ticks();
+        let (trials, over) = match run.step() {
+            Step::Working => (None, false),
+            Step::Found(detection) => (Some(detection.report.trials), first),
+            Step::Missed(report) => (Some(report.trials), false),
+            Step::Finished(_) => (Some(0), true),
+        };
+        let step = since(start, overhead);
         cost.instructions += step;
         cost.longest = cost.longest.max(step);
-        match outcome {
-            Step::Working => cost.trial_instructions += step,
-            Step::Found(detection) => {
-                cost.trials += detection.report.trials;
-                if first {
-                    return cost;
-                }
-            }
-            Step::Missed(report) => cost.trials += report.trials,
-            Step::Finished(_) => return cost,
+        match trials {
+            None => cost.trial_instructions += step,
+            Some(trials) => cost.trials += trials,
+        }
+        if over {
+            return cost;
         }
     }
 }
