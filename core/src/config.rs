@@ -311,7 +311,8 @@ impl Config {
 
     /// Complete surfaces of any size, measured from all around.
     pub fn surface() -> Self {
-        Self { method: Method::Mixture, mixture: MixtureConfig::SURFACE, ..Self::table5() }
+        let map = MapConfig { viewpoint: Viewpoint::None, ..MapConfig::of(SizePrior::JUJUBE) };
+        Self { method: Method::Mixture, mixture: MixtureConfig::SURFACE, map, ..Self::table5() }
     }
 
     /// One view of fruit of unknown size before a Kinect v2.

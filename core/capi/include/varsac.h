@@ -127,7 +127,8 @@ VARSAC_ASSERT(sizeof(varsac_map_t) == 120, "no padding");
 /* Which search. */
 enum {
     VARSAC_METHOD_MAP = 0,   /* the default: the most probable fruit of known size behind points seen from one side */
-    VARSAC_METHOD_VARSAC = 1 /* the paper's: variable sample consensus with the shell of two ellipsoids */
+    VARSAC_METHOD_VARSAC = 1,/* the paper's: variable sample consensus with the shell of two ellipsoids */
+    VARSAC_METHOD_MIXTURE = 2/* any ellipsoid, its size unknown: complete surfaces, or one view, as map.viewpoint says */
 };
 
 /* What steers a search. Start from a preset. */
@@ -164,7 +165,9 @@ enum {
     VARSAC_PRESET_APPLE = 1,
     VARSAC_PRESET_GENERIC = 2, /* fruit of 10 to 120 mm, by the paper's search */
     VARSAC_PRESET_TABLE5 = 3,  /* jujubes with the paper's limits as printed */
-    VARSAC_PRESET_TABLE2 = 4   /* the paper's simulation */
+    VARSAC_PRESET_TABLE2 = 4,  /* the paper's simulation */
+    VARSAC_PRESET_SURFACE = 5, /* complete surfaces of any size, measured from all around */
+    VARSAC_PRESET_UNKNOWN = 6  /* one view of fruit of unknown size */
 };
 varsac_status_t varsac_config_preset(uint32_t preset, varsac_config_t *config);
 
@@ -186,7 +189,12 @@ enum {
     VARSAC_REFUSED_FLAT = 9,           /* the points are as well a plane */
     VARSAC_REFUSED_THROUGH = 10,       /* too much is seen through it */
     VARSAC_REFUSED_SHARED_VOLUME = 11, /* it shares volume with a target found before */
-    VARSAC_REFUSED_SINGULAR = 12       /* nothing can be said: the equations are singular */
+    VARSAC_REFUSED_SINGULAR = 12,      /* nothing can be said: the equations are singular */
+    /* Of VARSAC_METHOD_MIXTURE: */
+    VARSAC_REFUSED_CLUTTER = 13,       /* the points are as well uniform clutter */
+    VARSAC_REFUSED_COVERAGE = 14,      /* too little of the surface is covered */
+    VARSAC_REFUSED_SHAPE = 15,         /* the body is no ellipsoid */
+    VARSAC_REFUSED_VAGUE = 16          /* the centre is too uncertain for the size of the body */
 };
 
 /* A word or two for a verdict; never null. */
@@ -246,7 +254,7 @@ varsac_status_t varsac_detect(const varsac_config_t *config, const varsac_view_t
 /* The same in bounded pieces, for a loop that must not be held up. Memory of a search; its contents are private.
  * From varsac_begin on, do not move or change search, points, outline or workspace until the search is over or given up;
  * to give it up, simply do not call varsac_step again. */
-#define VARSAC_SEARCH_WORDS 176
+#define VARSAC_SEARCH_WORDS 320
 typedef struct varsac_search {
     uint64_t words[VARSAC_SEARCH_WORDS];
 } varsac_search_t;

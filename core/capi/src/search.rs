@@ -7,7 +7,7 @@ use varsac_core::{CloudError, Config, Detections, Detector, Scratch, Step, View}
 use crate::types::{CConfig, CDetection, CView, CWorkspace, Status};
 
 /// `VARSAC_SEARCH_WORDS` of the header: room for a search on 32- and 64-bit machines, and some to grow.
-const SEARCH_WORDS: usize = 176;
+const SEARCH_WORDS: usize = 320;
 
 /// `varsac_search_t`: memory that the caller owns and does not look into.
 #[repr(C)]
@@ -37,6 +37,8 @@ pub unsafe extern "C" fn varsac_config_preset(preset: u32, config: *mut CConfig)
         2 => Config::generic(),
         3 => Config::table5(),
         4 => Config::table2(),
+        5 => Config::surface(),
+        6 => Config::unknown(),
         _ => return Status::Argument,
     };
     if config.is_null() {

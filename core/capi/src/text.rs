@@ -38,6 +38,10 @@ pub extern "C" fn varsac_verdict_text(verdict: u32) -> *const c_char {
         10 => c"refused: seen through",
         11 => c"refused: shared volume",
         12 => c"refused: singular",
+        13 => c"refused: clutter",
+        14 => c"refused: coverage",
+        15 => c"refused: shape",
+        16 => c"refused: vague",
         _ => c"not a verdict of this version",
     };
     text.as_ptr()

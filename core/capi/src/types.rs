@@ -5,7 +5,7 @@ use core::mem::{MaybeUninit, align_of, size_of};
 
 use varsac_core::{
     Config, ConfigError, Constraint, Detection, Finds, Gate, Inflation, MAX_SIZES, MapConfig, Method, Noise,
-    OutlineRay, Point3, RefusalCode, Scratch, SizePrior, View, Viewpoint,
+    OutlineRay, Point3, RefusalCode, Scratch, SizePrior, View, Viewpoint, mixture::MixtureConfig,
 };
 
 /// `varsac_point_t`: the core's own point, three floats.
@@ -226,6 +226,7 @@ impl From<&Config> for CConfig {
             method: match config.method {
                 Method::Map => 0,
                 Method::Varsac => 1,
+                Method::Mixture => 2,
             },
             map: CMap::from(&config.map),
         }
@@ -341,10 +342,15 @@ impl CConfig {
         let method = match self.method {
             0 => Method::Map,
             1 => Method::Varsac,
+            2 => Method::Mixture,
             _ => return Err(c"method"),
         };
         let map = self.map.to_config().ok_or(c"map.viewpoint")?;
-        let mut config = Config { constraint, method, map, ..Config::table5() };
+        let mixture = match map.viewpoint {
+            Viewpoint::Origin => MixtureConfig { noise: map.noise, ..MixtureConfig::VIEW },
+            Viewpoint::None => MixtureConfig::SURFACE,
+        };
+        let mut config = Config { constraint, method, map, mixture, ..Config::table5() };
         config.sample_sizes.clear();
         for &size in sizes {
             // Never full: as many fit as there are.
@@ -425,6 +431,10 @@ const fn verdict_number(code: RefusalCode) -> u32 {
         RefusalCode::Through => 10,
         RefusalCode::SharedVolume => 11,
         RefusalCode::Singular => 12,
+        RefusalCode::Clutter => 13,
+        RefusalCode::Coverage => 14,
+        RefusalCode::Shape => 15,
+        RefusalCode::Vague => 16,
     }
 }
 
