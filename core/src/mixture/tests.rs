@@ -68,7 +68,9 @@ fn what_is_no_ellipsoid_is_refused_with_a_reason() {
         core::array::from_fn(|_| Point3::new(5.0 * draw(), 3.0 * draw(), 0.02 * draw()));
     let clutter: [Point3; 400] = core::array::from_fn(|_| Point3::new(5.0 * draw(), 3.0 * draw(), draw()));
     let mut half = cloud(1.0);
-    half.iter_mut().for_each(|p| p.z = if p.z < 5.0 { 10.0 - p.z } else { p.z });
+    for p in &mut half {
+        p.z = if p.z < 5.0 { 10.0 - p.z } else { p.z };
+    }
     for (cloud, codes) in [
         // A plane thinner than the thinnest ellipsoid is explained as clutter in a thin box.
         (&plane[..], &[RefusalCode::Flat, RefusalCode::Clutter][..]),
