@@ -24,7 +24,7 @@ use crate::{
 pub const SEED: u64 = 22;
 /// Noise of the demonstration's depth, part of a single exposure's: the mean of sixteen, as of a robot that holds still
 /// for half a second.
-const NOISE_SCALE: f64 = 0.25;
+const NOISE_SCALE: f64 = 1.0;
 /// Where the picture goes.
 pub const PICTURE: &str = "varsac-demo.png";
 
