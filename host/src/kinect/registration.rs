@@ -110,7 +110,8 @@ impl Registration {
         let (columns, rows) = ([x.floor(), x.ceil()], [y.floor(), y.ceil()]);
         let (mut right, mut below) = (0.0, 0.0);
         for (column, row) in [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| (columns[i], rows[j])) {
-            let inside = (0.0..DEPTH_WIDTH as f64).contains(&column) && (0.0..DEPTH_HEIGHT as f64).contains(&row);
+            let inside =
+                (0.0..DEPTH_WIDTH as f64).contains(&column) && (0.0..DEPTH_HEIGHT as f64).contains(&row);
             let index = if inside { row as usize * DEPTH_WIDTH + column as usize } else { usize::MAX };
             let [u, v] = self.look.get(index).copied().unwrap_or([0.0; 2]);
             right += 0.25 * f64::from(u);
