@@ -24,8 +24,8 @@ pub(crate) struct Frame {
     pub(crate) volume: f32,
 }
 
-/// Edges of the box are at least this long: a flat cloud has a volume too.
-const THINNEST: f32 = 0.05;
+/// Edges of the box are at least this part of the longest: what lies in a plane is a plane, and not clutter in a flat box.
+const THINNEST: f32 = 0.1;
 /// And at most this long, so that no density leaves the range of `f32` for the sake of a stray point.
 const LONGEST: f32 = 1e4;
 
@@ -63,12 +63,16 @@ impl Frame {
                 high[k] = if value > high[k] { value } else { high[k] };
             }
         }
-        let edge = |k: usize| {
+        let mut edges = [0.0; 3];
+        let mut longest = 0.0;
+        for k in 0..3 {
             let length = high[k] - low[k];
-            let length = if length > THINNEST { length } else { THINNEST };
-            if length < LONGEST { length } else { LONGEST }
-        };
-        (edge(0) * edge(1)) * edge(2)
+            edges[k] = if length < LONGEST { length } else { LONGEST };
+            longest = if edges[k] > longest { edges[k] } else { longest };
+        }
+        let least = THINNEST * longest;
+        let [x, y, z] = edges.map(|edge| if edge > least { edge } else { least });
+        (x * y) * z
     }
 
     /// A point of the cloud in local units.

@@ -48,8 +48,8 @@ impl MixtureGate {
         let below =
             |code, value: f32, limit: f32| (!(value >= limit)).then_some(Refusal { code, value, limit });
         below(RefusalCode::FewPoints, f.members, self.min_points)
-            .or_else(|| below(RefusalCode::Clutter, f.gain, self.gain))
             .or_else(|| below(RefusalCode::Flat, f.flat, self.flat))
+            .or_else(|| below(RefusalCode::Clutter, f.gain, self.gain))
             .or_else(|| below(RefusalCode::Coverage, f.coverage, self.coverage))
             .or_else(|| above(RefusalCode::Shape, f.misfit, self.misfit))
             .or_else(|| above(RefusalCode::Vague, f.uncertain, self.uncertain))

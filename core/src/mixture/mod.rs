@@ -442,3 +442,6 @@ fn solution(config: &MixtureConfig, data: &Data<'_>, shell: &Shell) -> MixtureSo
         refusal: config.gate.refusal(&findings),
     }
 }
+
+#[cfg(test)]
+mod tests;
