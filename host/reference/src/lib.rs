@@ -42,7 +42,7 @@ pub use fit::{fit, fit_observed};
 pub use jacobi::{Eigen, ascending, eigen};
 pub use map::{
     Estimate, Findings, Gate, Inflation, MapConfig, MapDetection, MapRun, Noise, OutlineRay, Refusal,
-    RefusalCode, Support, View, Viewpoint, run_map, trace_map,
+    RefusalCode, Support, View, Viewpoint, check_view, run_map, trace_map,
 };
 pub use neighbourhood::{live_points, neighbourhood, seed_point};
 pub use quadric::{Central, Symmetric, size_accepted};

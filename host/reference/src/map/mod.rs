@@ -29,6 +29,6 @@ mod view;
 pub use accept::{Findings, Refusal, RefusalCode};
 pub use judge::MapDetection;
 pub use model::Estimate;
-pub use run::{MapRun, run_map, trace_map};
+pub use run::{MapRun, check_view, run_map, trace_map};
 pub use support::Support;
 pub use view::{Gate, Inflation, MapConfig, Noise, OutlineRay, View, Viewpoint};

@@ -36,10 +36,7 @@ pub fn trace_map(
     seed: u64,
     observe: &mut dyn FnMut(Event),
 ) -> Result<MapRun, CloudError> {
-    check_cloud(&view.points)?;
-    if view.outline.len() > 4096 {
-        return Err(CloudError::TooManyRays(view.outline.len()));
-    }
+    check_view(view)?;
     let view = &as_seen(view, config.viewpoint);
     let mut stream = Stream::seeded(seed);
     let mut labels = vec![0; view.points.len()];
@@ -59,6 +56,18 @@ pub fn trace_map(
         detections.push(detection);
     }
     Ok(MapRun { detections, labels, finish })
+}
+
+/// M2: the points as in chapter 2, and at most 4096 rays.
+///
+/// # Errors
+/// The first thing that is wrong.
+pub fn check_view(view: &View) -> Result<(), CloudError> {
+    check_cloud(&view.points)?;
+    if view.outline.len() > 4096 {
+        return Err(CloudError::TooManyRays(view.outline.len()));
+    }
+    Ok(())
 }
 
 /// M2: what counts of a view.
