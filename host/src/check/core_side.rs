@@ -97,9 +97,8 @@ impl CoreObserver<'_> {
             f.separation,
             f.clutter,
         ];
-        self.recorder.floats(Stage::Findings, "findings", &[&numbers]);
-        let counts = [f.explained, f.through, f.outline_rays].map(u32::from);
-        self.recorder.integers(Stage::Findings, "explained, through, rays", counts);
+        let counts = [f.explained, f.through, f.outline_rays].map(f32::from);
+        self.recorder.floats(Stage::Findings, "findings", &[&numbers, &counts]);
         let entries = detection.covariance.as_ref().map_or(&[][..], |covariance| covariance.packed());
         self.recorder.floats(Stage::Covariance, "covariance and sigma", &[entries, &[f.sigma_mm]]);
         if let Status::Refused(refusal) = &detection.status {
@@ -188,9 +187,8 @@ impl Observer for CoreObserver<'_> {
     }
 
     fn support(&mut self, support: &Support) {
-        self.recorder.floats(Stage::Support, "score", &[&[support.score]]);
-        let counts = [support.explained, support.through].map(u32::from);
-        self.recorder.integers(Stage::Support, "explained and through", counts);
+        let counts = [support.explained, support.through].map(f32::from);
+        self.recorder.floats(Stage::Support, "score, explained, through", &[&[support.score], &counts]);
     }
 
     fn noise(&mut self, noise: &Noise) {

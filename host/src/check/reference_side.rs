@@ -131,9 +131,8 @@ fn record_map_event(recorder: &mut Recorder, labels: &mut Vec<u8>, event: &Event
             recorder.floats(stage, "estimate", &[centre, axes.as_flattened(), x, &[*boxiness]]);
         }
         Event::Support(support) => {
-            recorder.floats(Stage::Support, "score", &[&[support.score]]);
-            let counts = [support.explained, support.through];
-            recorder.integers(Stage::Support, "explained and through", counts);
+            let counts = [support.explained, support.through].map(|count| count as f32);
+            recorder.floats(Stage::Support, "score, explained, through", &[&[support.score], &counts]);
         }
         Event::Noise(noise) => {
             recorder.floats(Stage::Noise, "noise", &[&[noise.axial, noise.lateral]]);
@@ -155,8 +154,8 @@ fn judged(recorder: &mut Recorder, detection: &reference::MapDetection) {
     let f = &detection.findings;
     let numbers =
         [f.conflict, f.size_sigma, f.rival, f.outline, f.visible, f.colour, f.flat, f.separation, f.clutter];
-    recorder.floats(Stage::Findings, "findings", &[&numbers]);
-    recorder.integers(Stage::Findings, "explained, through, rays", [f.explained, f.through, f.rays]);
+    let counts = [f.explained, f.through, f.rays].map(|count| count as f32);
+    recorder.floats(Stage::Findings, "findings", &[&numbers, &counts]);
     let entries = detection.covariance.as_ref().map_or(&[][..], |covariance| covariance);
     recorder.floats(Stage::Covariance, "covariance and sigma", &[entries, &[f.sigma_mm]]);
     if let Some(refusal) = &detection.refusal {

@@ -3,7 +3,6 @@
 use super::cases::Dice;
 use super::scenes;
 use crate::{
-    outline::outline_rays,
     region_view::RegionView,
     synth::onesided::{self, CLEAN, HARD, OCCLUDED, ORCHARD, Scene, TOUCHING, TOUCHING_LEAVES},
 };
@@ -65,23 +64,11 @@ fn rendered(family: &onesided::Family, dice: &mut Dice) -> RegionView {
     let scene = Scene::new(family, dice.word64());
     let shift = i64::from(dice.below(3)) - 1;
     let mask = scene.mask_with(dice.pick(&[0, 0, 0, 1, -1]), (shift, 0));
-    let (points, in_mask) = scene.cloud(&mask);
-    let (window, focal_px) = (scene.patch.window, scene.sensor.focal_px);
-    let outline = outline_rays(
-        &scene.patch.depth,
-        (0..=mask.width as i64, 0..=mask.height as i64),
-        |u, v| mask.get(u, v).is_some_and(|label| label > 0),
-        focal_px,
-        |u, v| [(window.left as f64 + u) / focal_px, (window.top as f64 + v) / focal_px],
-        10.0,
-    );
+    let mut view = scene.view(&mask);
     let every = dice.pick(&[1, 3, usize::MAX]);
-    RegionView {
-        points: points.into_iter().map(Point3::from).collect(),
-        in_mask,
-        outline: outline.into_iter().step_by(every).collect(),
-        pitch_rad: dice.pick(&[1.0, 1.0, 1.0, 0.0]) * (1.0 / focal_px) as f32,
-    }
+    view.outline = view.outline.into_iter().step_by(every).collect();
+    view.pitch_rad *= dice.pick(&[1.0, 1.0, 1.0, 0.0]);
+    view
 }
 
 /// A scan from all around: the whole surface of one or two fruit and stray points, and no viewpoint.

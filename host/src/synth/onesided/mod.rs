@@ -5,6 +5,7 @@
 
 pub mod patch;
 pub mod shapes;
+mod view;
 
 use self::patch::{Body, Draws, Patch, Sensor, Window, first_hit, record};
 use self::shapes::{Pose, Shape, V3, along, cross, dot, length, minus, unit};
