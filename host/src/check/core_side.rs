@@ -86,6 +86,7 @@ impl CoreObserver<'_> {
 
     /// The detection of the default search, in the order in which it comes about.
     fn judged(&mut self, detection: &Detection, f: &Findings) {
+        self.ellipsoid(&detection.ellipsoid);
         let numbers = [
             f.size_conflict,
             f.size_sigma,
@@ -196,7 +197,6 @@ impl Observer for CoreObserver<'_> {
     }
 
     fn detection(&mut self, detection: &Detection) {
-        self.ellipsoid(&detection.ellipsoid);
         if let Some(findings) = &detection.findings {
             self.judged(detection, findings);
             return;
@@ -208,6 +208,7 @@ impl Observer for CoreObserver<'_> {
             "detection",
             numbers.into_iter().chain(core_report(&detection.report)),
         );
+        self.ellipsoid(&detection.ellipsoid);
     }
 }
 

@@ -82,7 +82,6 @@ pub(crate) fn record_event(recorder: &mut Recorder, limits: [f32; 2], event: &Ev
             recorder.floats(Stage::Refit, "surface", &[&surface.centre, &symmetric(&surface.shape)]);
         }
         Event::Detection(detection) => {
-            ellipsoid(recorder, &detection.ellipsoid);
             let reference::Score { inliers, candidates } = detection.score;
             let numbers = [u32::from(detection.target), inliers, candidates];
             recorder.integers(
@@ -90,6 +89,7 @@ pub(crate) fn record_event(recorder: &mut Recorder, limits: [f32; 2], event: &Ev
                 "detection",
                 numbers.into_iter().chain(report(&detection.report)),
             );
+            ellipsoid(recorder, &detection.ellipsoid);
         }
         Event::Missed(found) => recorder.integers(Stage::Detection, "missed", report(found)),
         Event::Estimate(..)

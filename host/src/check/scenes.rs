@@ -87,7 +87,7 @@ pub(super) fn surface(dice: &mut Dice, config: &mut Config) -> Vec<Point3> {
 pub(super) fn surfaces(dice: &mut Dice, semi_axes: [f32; 3], mut centre: Point3) -> Vec<Point3> {
     let noise = dice.pick(&[0.0, 0.2, 1.0]);
     let mut cloud = Vec::new();
-    for _ in 0..1 + dice.below(2) {
+    for _ in 0..=dice.below(2) {
         let body = Body::random(dice, centre, semi_axes);
         for _ in 0..60 + dice.below(140) {
             let (p, _) = body.point(dice);
