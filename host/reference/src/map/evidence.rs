@@ -2,7 +2,7 @@
 
 use super::algebra::{Vector, dot, minus};
 use super::contact::{Approach, phi};
-use super::model::{Estimate, Model};
+use super::model::Model;
 use super::prior::Terms;
 use super::view::{OutlineRay, View};
 use crate::Point;
@@ -50,10 +50,10 @@ impl Evidence<'_> {
     }
 
     /// M7: the residuals of all rays that fit, in order.
-    pub(crate) fn touching(&self, model: &Model, estimate: &Estimate, terms: &Terms) -> Vec<Touch> {
+    pub(crate) fn touching(&self, model: &Model, terms: &Terms) -> Vec<Touch> {
         let mut touching = Vec::new();
         for ray in &self.view.outline {
-            touching.extend(Touch::of(ray, model, estimate, terms.noise.axial));
+            touching.extend(Touch::of(ray, model, terms.noise.axial));
         }
         touching
     }
@@ -71,8 +71,8 @@ pub(crate) struct Touch {
 
 impl Touch {
     /// M7: `touch`.
-    fn of(ray: &OutlineRay, model: &Model, estimate: &Estimate, axial_noise: f32) -> Option<Self> {
-        let [first, _, third] = estimate.semi_axes();
+    fn of(ray: &OutlineRay, model: &Model, axial_noise: f32) -> Option<Self> {
+        let [first, _, third] = model.semi_axes;
         let Approach { w, near, e, miss, .. } = Approach::new(model, ray.inner);
         let size = libm::sqrtf(dot(w, w));
         let depth = ray.inner[2] * (1.0 + near);

@@ -127,11 +127,7 @@ fn sample_step(estimate: &Estimate, points: &[Point], terms: &Terms) -> Option<E
     let mut residuals = Vec::new();
     for &p in points {
         let contact = Contact::new(&model, p);
-        residuals.push(Residual {
-            u: contact.u,
-            value: contact.value,
-            weight: terms.told / contact.variance,
-        });
+        residuals.push(Residual::new(contact.u, contact.value, terms.told / contact.variance));
     }
     let (matrix, gradient) = moments(&residuals, &model.slopes());
     let mut normal = Normal { matrix, gradient, follower: Follower::default() };

@@ -144,7 +144,7 @@ fn sorted(estimate: &Estimate) -> (Ellipsoid, [usize; 3]) {
 /// M18.5: how many rays fit, and the mean of their residuals.
 fn outline(estimate: &Estimate, evidence: Evidence, terms: &Terms) -> (u32, f32) {
     let model = Model::new(estimate, terms.noise, terms.viewpoint);
-    let touching = evidence.touching(&model, estimate, terms);
+    let touching = evidence.touching(&model, terms);
     let mut sum = 0.0;
     for touch in &touching {
         let r = libm::sqrtf(touch.f2(estimate.boxiness));

@@ -40,6 +40,7 @@ pub(crate) fn apart2(a: &Estimate, b: &Estimate) -> f32 {
 /// What the points are compared with.
 pub(crate) struct Model {
     pub(crate) centre: Point,
+    pub(crate) semi_axes: Vector,
     /// Rows of `M`.
     pub(crate) rows: [[f32; 3]; 3],
     /// `1/a, 1/b, 1/c`.
@@ -75,6 +76,7 @@ impl Model {
         };
         Self {
             centre: estimate.centre,
+            semi_axes: [a, b, c],
             rows,
             inverse,
             turning: [b * ic - c * ib, c * ia - a * ic, a * ib - b * ia],

@@ -7,11 +7,18 @@ use super::model::{Estimate, Model};
 use super::prior::Terms;
 use crate::fault::{self, Fault};
 
-/// One residual `F` at `u` with its weight.
+/// One residual `F` with the monomials of its `u` and its weight.
 pub(crate) struct Residual {
-    pub(crate) u: Vector,
-    pub(crate) value: f32,
-    pub(crate) weight: f32,
+    phi: [f32; 9],
+    value: f32,
+    weight: f32,
+}
+
+impl Residual {
+    pub(crate) fn new([x, y, z]: Vector, value: f32, weight: f32) -> Self {
+        let phi = [x, y, z, y * z, z * x, x * y, x * x, y * y, z * z];
+        Self { phi, value, weight }
+    }
 }
 
 /// Matrix and gradient, and what the boxiness does when the nine parameters move.
@@ -48,18 +55,20 @@ pub(crate) fn normal_equations(
         let value = contact.value - k * f;
         if let Some(weight) = kernel.weight((value * value) / contact.variance) {
             let weight = (weight * terms.told) / contact.variance;
-            residuals.push(Residual { u: contact.u, value, weight });
-            boxiness.gain(contact.u, value, weight, -f);
+            let residual = Residual::new(contact.u, value, weight);
+            boxiness.gain(&residual, -f);
+            residuals.push(residual);
         }
     }
-    for touch in evidence.touching(&model, estimate, terms) {
+    for touch in evidence.touching(&model, terms) {
         let f = phi(touch.u);
         let value = touch.on_body(k);
         if let Some(weight) = Kernel::GemanMcClure(9.0).weight(touch.f2(k)) {
             let weight = weight / touch.variance;
-            residuals.push(Residual { u: touch.u, value, weight });
-            displacement.gain(touch.u, value, weight, -touch.lever);
-            boxiness.gain(touch.u, value, weight, -f);
+            let residual = Residual::new(touch.u, value, weight);
+            displacement.gain(&residual, -touch.lever);
+            boxiness.gain(&residual, -f);
+            residuals.push(residual);
             both += weight * (touch.lever * f);
         }
     }
@@ -81,11 +90,6 @@ fn counted(model: &Model, evidence: Evidence, member: u16, window: f32) -> Optio
     }
 }
 
-/// `x, y, z, yz, zx, xy, xx, yy, zz` of `u`.
-fn monomials([x, y, z]: Vector) -> [f32; 9] {
-    [x, y, z, y * z, z * x, x * y, x * x, y * y, z * z]
-}
-
 /// M9.3 and 4: matrix and gradient from the sums, each sum a pass of its own over the residuals.
 pub(crate) fn moments(residuals: &[Residual], s: &[f32; 9]) -> (Lower, [f32; 9]) {
     // The sum of `w * left * right`, for members `left` and `right` of the monomials.
@@ -101,15 +105,14 @@ pub(crate) fn moments(residuals: &[Residual], s: &[f32; 9]) -> (Lower, [f32; 9])
     let single = |left: usize| {
         let mut sum = 0.0;
         for r in residuals {
-            sum += r.weight * monomials(r.u)[left];
+            sum += r.weight * r.phi[left];
         }
         sum
     };
     let double = |left: usize, right: usize| {
         let mut sum = 0.0;
         for r in residuals {
-            let m = monomials(r.u);
-            sum += (r.weight * m[left]) * m[right];
+            sum += (r.weight * r.phi[left]) * r.phi[right];
         }
         sum
     };
@@ -151,7 +154,7 @@ pub(crate) fn moments(residuals: &[Residual], s: &[f32; 9]) -> (Lower, [f32; 9])
         }
         let mut sum = 0.0;
         for r in residuals {
-            sum += (r.weight * r.value) * monomials(r.u)[i];
+            sum += (r.weight * r.value) * r.phi[i];
         }
         gradient[i] = s[i] * sum;
     }
@@ -173,13 +176,13 @@ impl Row {
         Self { information, coupling: [0.0; 9], gradient }
     }
 
-    fn gain(&mut self, u: Vector, value: f32, weight: f32, slope: f32) {
-        let h = weight * slope;
+    fn gain(&mut self, residual: &Residual, slope: f32) {
+        let h = residual.weight * slope;
         self.information += h * slope;
         for i in 0..9 {
-            self.coupling[i] += h * monomials(u)[i];
+            self.coupling[i] += h * residual.phi[i];
         }
-        self.gradient += h * value;
+        self.gradient += h * residual.value;
     }
 }
 
@@ -237,7 +240,7 @@ impl Normal {
 mod tests {
     use super::*;
 
-    /// `phi` of M9 by definition; matrix and gradient must be those of the rows `s_i * phi_i`.
+    /// Matrix and gradient must be those of the rows `s_i * phi_i`.
     #[test]
     fn the_moments_are_the_normal_equations_of_the_rows() {
         let mut residuals = Vec::new();
@@ -245,12 +248,12 @@ mod tests {
             let (t, z) = (0.7 * k as f32, k as f32 / 20.0 - 0.975);
             let r = (1.0 - z * z).sqrt();
             let (u, weight) = ([r * t.cos(), r * t.sin(), z], 1.0 + 0.1 * k as f32);
-            residuals.push(Residual { u, value: 0.01 * t.sin(), weight });
+            residuals.push(Residual::new(u, 0.01 * t.sin(), weight));
         }
         let s = [-0.05, -0.1, -0.1, 0.02, 1.5, -1.5, -1.0, -1.0, -1.0];
         let (matrix, gradient) = moments(&residuals, &s);
         for i in 0..9 {
-            let row = |r: &Residual, i: usize| f64::from(s[i]) * f64::from(monomials(r.u)[i]);
+            let row = |r: &Residual, i: usize| f64::from(s[i]) * f64::from(r.phi[i]);
             for j in 0..=i {
                 let exact: f64 = residuals.iter().map(|r| f64::from(r.weight) * row(r, i) * row(r, j)).sum();
                 assert!((f64::from(matrix[i][j]) - exact).abs() < 1e-4, "{i} {j}");

@@ -21,7 +21,7 @@ pub struct Support {
 pub(crate) fn support(estimate: &Estimate, evidence: Evidence, terms: &Terms, floor: f32) -> Option<Support> {
     let model = Model::new(estimate, terms.noise, terms.viewpoint);
     let mut found = Support { score: -(terms.prior.cost(estimate.x) / 6.25), explained: 0, through: 0 };
-    for touch in evidence.touching(&model, estimate, terms) {
+    for touch in evidence.touching(&model, terms) {
         let f2 = touch.f2(estimate.boxiness);
         if f2 < 6.25 {
             found.score += 0.5 * (1.0 - f2 / 6.25);
