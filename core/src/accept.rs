@@ -34,6 +34,15 @@ pub enum RefusalCode {
     SharedVolume,
     /// The normal equations are singular; no value.
     Singular,
+    /// The points are as well uniform clutter: gain in log-likelihood for each point.
+    Clutter,
+    /// Too little of the surface is covered: share of it.
+    Coverage,
+    /// The body is no ellipsoid: rms of the residuals that depends on where on the surface they are, over the shortest
+    /// semi-axis.
+    Shape,
+    /// The centre is too uncertain: its largest standard deviation over the shortest semi-axis.
+    Vague,
 }
 
 impl RefusalCode {
@@ -52,6 +61,10 @@ impl RefusalCode {
             Self::Through => "through",
             Self::SharedVolume => "shared_volume",
             Self::Singular => "singular",
+            Self::Clutter => "clutter",
+            Self::Coverage => "coverage",
+            Self::Shape => "shape",
+            Self::Vague => "vague",
         }
     }
 }
@@ -78,6 +91,8 @@ pub struct Gate {
     pub min_points: u16,
     /// Upper limit of [`RefusalCode::SizeConflict`].
     pub size_conflict: f32,
+    /// The same for a fruit seen from its end, which looks like a ball there: see [`Findings::end_on`].
+    pub size_conflict_end_on: f32,
     /// Upper limit of [`RefusalCode::SizeUnknown`].
     pub size_unknown: f32,
     /// Upper limit of [`RefusalCode::Ambiguous`].
@@ -103,10 +118,11 @@ impl Gate {
     pub const BALANCED: Self = Self {
         min_points: 20,
         size_conflict: 10.0,
-        size_unknown: 0.115,
+        size_conflict_end_on: 5.0,
+        size_unknown: 0.12,
         ambiguous: 0.94,
         outline: 1.0,
-        visible: 0.40,
+        visible: 0.36,
         colour: 0.36,
         uncertain_mm: 1.8,
         flat: 1.3,
@@ -114,9 +130,10 @@ impl Gate {
         shared_volume: 0.75,
     };
 
-    /// Half of the refusals' limits: fewer accepted, fewer wrong.
+    /// Tighter limits: fewer accepted, fewer wrong.
     pub const STRICT: Self = Self {
         size_conflict: 7.0,
+        size_conflict_end_on: 3.5,
         size_unknown: 0.10,
         ambiguous: 0.90,
         outline: 0.9,
@@ -128,6 +145,7 @@ impl Gate {
     /// More accepted, more wrong.
     pub const EAGER: Self = Self {
         size_conflict: 14.0,
+        size_conflict_end_on: 14.0,
         size_unknown: 0.15,
         ambiguous: 0.97,
         outline: 1.3,
@@ -147,6 +165,7 @@ impl Gate {
     pub(crate) fn check(&self) -> Result<(), ConfigError> {
         let limits = [
             ("map.gate.size_conflict", self.size_conflict),
+            ("map.gate.size_conflict_end_on", self.size_conflict_end_on),
             ("map.gate.size_unknown", self.size_unknown),
             ("map.gate.ambiguous", self.ambiguous),
             ("map.gate.outline", self.outline),
@@ -175,6 +194,9 @@ pub struct Findings {
     pub through: u16,
     /// Conflict of the view with the size prior, chi-squared of three degrees of freedom.
     pub size_conflict: f32,
+    /// Cosine between the long axis and the ray of the centre, 0 for a body that is round or has no viewpoint. Above
+    /// [`END_ON`] the fruit is seen from its end.
+    pub end_on: f32,
     /// Relative standard deviation of the whole size as the view alone tells it.
     pub size_sigma: f32,
     /// Score of the best rival over the score.
@@ -183,7 +205,7 @@ pub struct Findings {
     pub outline_rays: u16,
     /// Mean of `min(|f|, 3)` over them.
     pub outline: f32,
-    /// Explained over predicted pixels.
+    /// Points on the surface, in the mask or not, over predicted pixels; infinite where the pitch is not known.
     pub visible: f32,
     /// Share of the explained points outside the mask.
     pub colour: f32,
@@ -204,6 +226,7 @@ impl Findings {
         let low = |value: f32| if value.is_nan() { 0.0 } else { value };
         Self {
             size_conflict: high(self.size_conflict),
+            end_on: high(self.end_on),
             size_sigma: high(self.size_sigma),
             rival: high(self.rival),
             outline: high(self.outline),
@@ -218,6 +241,9 @@ impl Findings {
     }
 }
 
+/// A fruit whose long axis is within about 32 degrees of the ray is seen from its end.
+pub const END_ON: f32 = 0.85;
+
 /// Outline rays needed for the outline test.
 pub const MIN_OUTLINE: u16 = 6;
 
@@ -229,8 +255,9 @@ impl Gate {
         let below =
             |code, value: f32, limit: f32| (!(value >= limit)).then_some(Refusal { code, value, limit });
         let through = f32::from(f.through) / if f.explained > 0 { f32::from(f.explained) } else { 1.0 };
+        let conflict_limit = if f.end_on > END_ON { self.size_conflict_end_on } else { self.size_conflict };
         below(RefusalCode::FewPoints, f32::from(f.explained), f32::from(self.min_points))
-            .or_else(|| above(RefusalCode::SizeConflict, f.size_conflict, self.size_conflict))
+            .or_else(|| above(RefusalCode::SizeConflict, f.size_conflict, conflict_limit))
             .or_else(|| above(RefusalCode::SizeUnknown, f.size_sigma, self.size_unknown))
             .or_else(|| above(RefusalCode::Ambiguous, f.rival, self.ambiguous))
             .or_else(|| {

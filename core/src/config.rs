@@ -6,6 +6,7 @@ use crate::{
     Constraint,
     accept::Gate,
     covariance::Inflation,
+    mixture::MixtureConfig,
     prior::SizePrior,
     residual::{Noise, Viewpoint},
 };
@@ -60,9 +61,11 @@ pub struct Config {
     pub method: Method,
     /// What the default search needs; the fields above other than `max_targets` and `max_failures` steer the paper's.
     pub map: MapConfig,
+    /// What the search without a size prior needs, with `max_targets` and `max_failures`.
+    pub mixture: MixtureConfig,
 }
 
-/// The two searches: one loop, one configuration.
+/// The searches: one loop, one configuration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -72,6 +75,8 @@ pub enum Method {
     /// Algorithm 1 of the paper with TEBC.
     #[default]
     Varsac,
+    /// The most probable ellipsoid of any size, on complete surfaces or in one view.
+    Mixture,
 }
 
 /// What the default search may be told. Start from [`MapConfig::of`] a kind of fruit.
@@ -249,6 +254,7 @@ impl Config {
             constraint: Constraint::A11,
             method: Method::Varsac,
             map: MapConfig::of(SizePrior::JUJUBE),
+            mixture: MixtureConfig::VIEW,
         }
     }
 
@@ -303,6 +309,17 @@ impl Config {
         Self { method: Method::Varsac, ..self }
     }
 
+    /// Complete surfaces of any size, measured from all around.
+    pub fn surface() -> Self {
+        let map = MapConfig { viewpoint: Viewpoint::None, ..MapConfig::of(SizePrior::JUJUBE) };
+        Self { method: Method::Mixture, mixture: MixtureConfig::SURFACE, map, ..Self::table5() }
+    }
+
+    /// One view of fruit of unknown size before a Kinect v2.
+    pub fn unknown() -> Self {
+        Self { method: Method::Mixture, mixture: MixtureConfig::VIEW, ..Self::table5() }
+    }
+
     /// Checks every field.
     ///
     /// # Errors
@@ -353,7 +370,8 @@ impl Config {
         require((0.0..=1.0).contains(&self.min_ratio), "min_ratio", self.min_ratio, "0 to 1")?;
         require(self.max_targets >= 1, "max_targets", f32::from(self.max_targets), "1 to 255")?;
         require(self.max_failures >= 1, "max_failures", f32::from(self.max_failures), "1 to 255")?;
-        self.map.check()
+        self.map.check()?;
+        self.mixture.check()
     }
 }
 
@@ -380,6 +398,8 @@ mod tests {
             Config::table5(),
             Config::jujube(),
             Config::apple(),
+            Config::surface(),
+            Config::unknown(),
             Config::generic(),
         ] {
             assert_eq!(preset.check(), Ok(()));

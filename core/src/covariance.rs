@@ -46,6 +46,21 @@ impl Covariance {
         if row >= N { 0.0 } else { self.packed().get(packed(row, column)).copied().unwrap_or(0.0) }
     }
 
+    /// The covariance of the same body in a unit of length `1 / factor` times as long: lengths grow by `factor`, angles do
+    /// not. Row and column of each length are multiplied one after the other.
+    pub(crate) fn scaled(&self, factor: f32) -> Self {
+        let mut result = *self;
+        let by = |index: usize| if index < 6 { factor } else { 1.0 };
+        for i in 0..N {
+            for j in 0..=i {
+                if let Some(entry) = result.0.as_flattened_mut().get_mut(packed(i, j)) {
+                    *entry = (*entry * by(i)) * by(j);
+                }
+            }
+        }
+        result
+    }
+
     /// The full matrix, rows.
     pub fn rows(&self) -> [[f32; N]; N] {
         core::array::from_fn(|i| core::array::from_fn(|j| self.entry(i, j)))
@@ -67,12 +82,14 @@ impl Covariance {
             yz: self.entry(2, 1),
         };
         let [_, _, largest] = crate::jacobi::eigen(&block).values;
-        if largest > 0.0 { libm::sqrtf(largest) } else { 0.0 }
+        if largest > 0.0 { libm::sqrtf(largest) } else { f32::INFINITY }
     }
 }
 
 /// Covariance from the normal equations at `estimate`, for the axes in the order of `ellipsoid` (the sorted form of the
 /// same body; `order[k]` is the index in the estimate of its k-th semi-axis). `None` when the matrix is singular or the result not finite.
+// Not inlined, so that its matrices are not on the stack while others are made.
+#[inline(never)]
 pub(crate) fn covariance(
     normal: &Normal,
     estimate: &Estimate,
@@ -84,11 +101,20 @@ pub(crate) fn covariance(
     for k in 3..6 {
         matrix.add_diagonal(k, ROTATION_INFORMATION);
     }
-    let inverse = matrix.factor()?.inverse();
-    let mut body = Symmetric9::ZERO;
-    for (target, source) in body.0.iter_mut().zip(inverse.0) {
-        *target = inflation * source;
+    let mut body = matrix.factor()?.inverse();
+    for entry in &mut body.0 {
+        *entry *= inflation;
     }
+    in_cloud(&body, estimate, ellipsoid, order)
+}
+
+/// Covariance of the body parameters (see [`Estimate`]) in the terms of [`Covariance`]; `None` when it is not finite.
+pub(crate) fn in_cloud(
+    body: &Symmetric9,
+    estimate: &Estimate,
+    ellipsoid: &Ellipsoid,
+    order: [usize; 3],
+) -> Option<Covariance> {
     // y = T x: centre and rotation from the body's axes into the frame of the cloud (the turn of the axes is the
     // reverse of the turn of the coordinates, hence the sign), logarithms into millimetres.
     let mut transform = [[0.0_f32; N]; N];
@@ -104,18 +130,18 @@ pub(crate) fn covariance(
             }
         }
     }
-    let covariance = Covariance(congruence(&transform, &body));
+    let covariance = Covariance(congruence(&transform, body));
     covariance.packed().iter().all(|entry| entry.is_finite()).then_some(covariance)
 }
 
 /// `T S T^T`, lower triangle; each entry of `T S` and of the product is summed in ascending order.
-fn congruence(transform: &[[f32; N]; N], s: &Symmetric9) -> [[f32; N]; N.div_ceil(2)] {
+pub(crate) fn congruence(transform: &[[f32; N]; N], s: &Symmetric9) -> [[f32; N]; N.div_ceil(2)] {
     let mut half = [[0.0_f32; N]; N];
     for i in 0..N {
         for j in 0..N {
             let mut sum = 0.0;
             for k in 0..N {
-                let entry = if k >= j { s.0[packed(k, j)] } else { s.0[packed(j, k)] };
+                let entry = if k >= j { s.entry(k, j) } else { s.entry(j, k) };
                 sum += transform[i][k] * entry;
             }
             half[i][j] = sum;

@@ -13,6 +13,7 @@ use crate::{
     covariance::Covariance,
     field::{Field, View},
     map::MapRun,
+    mixture::MixtureRun,
     paper::PaperRun,
     point::check_cloud,
     rng::Stream,
@@ -34,7 +35,7 @@ pub struct Detection {
     pub report: VarsacReport,
     /// Accepted, or why not. The paper's search accepts all it finds.
     pub status: Status,
-    /// How sure; none from the paper's search, nor where the normal equations are singular.
+    /// How sure; none from the paper's search, nor where the normal equations are singular or their inverse not finite.
     pub covariance: Option<Covariance>,
     /// What the tests of acceptance looked at; none from the paper's search.
     pub findings: Option<Findings>,
@@ -137,12 +138,17 @@ impl Detector {
             return Err(CloudError::TooManyRays { count: view.outline.len() as u32 });
         }
         // Without a viewpoint there are no rays, and no pixels to count.
-        let view = match self.config.map.viewpoint {
+        let viewpoint = match self.config.method {
+            Method::Mixture => self.config.mixture.viewpoint,
+            Method::Map | Method::Varsac => self.config.map.viewpoint,
+        };
+        let view = match viewpoint {
             Viewpoint::Origin => *view,
             Viewpoint::None => View { outline: &[], pitch_rad: 0.0, ..*view },
         };
         let points = view.cloud.len();
-        if let Some(labels) = scratch.labels.get_mut(..points) {
+        let Scratch { lists, finds } = scratch;
+        if let Some(labels) = lists.labels.get_mut(..points) {
             labels.fill(0);
         }
         let in_mask = if view.in_mask < points { view.in_mask } else { points };
@@ -150,7 +156,7 @@ impl Detector {
             field: Field {
                 config: &self.config,
                 view: View { in_mask, ..view },
-                scratch,
+                scratch: lists,
                 stream: Stream::new(seed),
                 live: points as u32,
                 seeds: in_mask as u32,
@@ -158,25 +164,27 @@ impl Detector {
             },
             run: match self.config.method {
                 Method::Varsac => Run::Paper(PaperRun::new(&self.config)),
-                Method::Map => Run::Map(MapRun::new(&self.config)),
+                Method::Map => Run::Map(MapRun::new(&self.config, finds)),
+                Method::Mixture => Run::Mixture(MixtureRun::new()),
             },
         })
     }
 }
 
 /// The search that runs.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 #[allow(clippy::large_enum_variant, reason = "no heap to box into; one lives in each run")]
-enum Run {
+enum Run<'a> {
     Paper(PaperRun),
-    Map(MapRun),
+    Map(MapRun<'a>),
+    Mixture(MixtureRun),
 }
 
 /// One run over one cloud.
 #[derive(Debug)]
 pub struct Detections<'a> {
     field: Field<'a>,
-    run: Run,
+    run: Run<'a>,
 }
 
 impl Iterator for Detections<'_> {
@@ -205,6 +213,7 @@ impl Detections<'_> {
         match &mut self.run {
             Run::Paper(run) => run.step(&mut self.field, observer),
             Run::Map(run) => run.step(&mut self.field, observer),
+            Run::Mixture(run) => run.step(&mut self.field),
         }
     }
 

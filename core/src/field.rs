@@ -1,7 +1,7 @@
 //! What the searches of a run share: the view, the buffers, the random stream and the count of what is left.
 
 use crate::{
-    Config, Point3, kdtree, outline::OutlineRay, point::distance_squared, rng::Stream, workspace::Scratch,
+    Config, Point3, kdtree, outline::OutlineRay, point::distance_squared, rng::Stream, workspace::Lists,
 };
 
 /// What a run looks at: points, and what is known of them beyond their coordinates.
@@ -31,7 +31,7 @@ impl<'a> From<&'a [Point3]> for View<'a> {
 pub(crate) struct Field<'a> {
     pub(crate) config: &'a Config,
     pub(crate) view: View<'a>,
-    pub(crate) scratch: Scratch<'a>,
+    pub(crate) scratch: Lists<'a>,
     pub(crate) stream: Stream,
     /// Unclaimed points.
     pub(crate) live: u32,

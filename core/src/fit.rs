@@ -133,15 +133,15 @@ fn quadric_from(x: &[f32; N], constraint: Constraint) -> Quadric {
 }
 
 /// Mean of the sample and a power of two.
-struct LocalFrame {
-    origin: Point3,
+pub(crate) struct LocalFrame {
+    pub(crate) origin: Point3,
     /// Local units per cloud unit, a power of two.
-    scale: f32,
+    pub(crate) scale: f32,
 }
 
 impl LocalFrame {
     /// `None` when the points coincide (or nearly: spread below the normal range of `f32`).
-    fn around(cloud: &[Point3], sample: &[u16]) -> Option<Self> {
+    pub(crate) fn around(cloud: &[Point3], sample: &[u16]) -> Option<Self> {
         let (mut x, mut y, mut z) = (0.0_f32, 0.0_f32, 0.0_f32);
         for &index in sample {
             let p = at(cloud, index);
@@ -170,7 +170,7 @@ impl LocalFrame {
     }
 
     #[inline]
-    fn to_local(&self, p: &Point3) -> Point3 {
+    pub(crate) fn to_local(&self, p: &Point3) -> Point3 {
         Point3::new(
             (p.x - self.origin.x) * self.scale,
             (p.y - self.origin.y) * self.scale,
@@ -178,16 +178,21 @@ impl LocalFrame {
         )
     }
 
+    /// A local point in the cloud's frame and unit.
+    pub(crate) fn point_to_cloud(&self, local: &Point3) -> Point3 {
+        let back = 1.0 / self.scale;
+        Point3::new(
+            self.origin.x + local.x * back,
+            self.origin.y + local.y * back,
+            self.origin.z + local.z * back,
+        )
+    }
+
     fn to_cloud(&self, local: &CentralQuadric) -> CentralQuadric {
         let (c, s) = (&local.centre, &local.shape);
-        let back = 1.0 / self.scale;
         let square = self.scale * self.scale;
         CentralQuadric {
-            centre: Point3::new(
-                self.origin.x + c.x * back,
-                self.origin.y + c.y * back,
-                self.origin.z + c.z * back,
-            ),
+            centre: self.point_to_cloud(c),
             shape: crate::jacobi::Symmetric3 {
                 xx: s.xx * square,
                 yy: s.yy * square,

@@ -1,17 +1,21 @@
 //! A k-d tree that is nothing but a permutation of `u16` indices: two bytes a point, no nodes, no heap.
 //!
 //! The tree over `order[low..high]` has its root at the middle; what lies before it is not larger on the splitting
-//! axis and what lies behind it not smaller. The axes take turns x, y, z with the depth. Which permutation the build
+//! axis and what lies behind it not smaller. The axes take turns x, y, z with the depth. Subtrees of a few points are not
+//! split: looking at each of their points costs less than going down to it. Which permutation the build
 //! arrives at never shows: a search returns the set of points within the radius, in ascending index order.
 
 use crate::{
     Point3,
-    order::{select_by_key, sort_by_key},
+    order::{select_by_key, sort},
     point::{at, distance_squared},
 };
 
 /// Subtrees waiting on the way down: at most one a level, and 65 535 points make 16 levels.
 const STACK: usize = 17;
+
+/// Subtrees of so many points are leaves.
+const LEAF: u16 = 8;
 
 /// A pending subtree: `order[low..high]`, split on `axis`.
 #[derive(Clone, Copy, Default)]
@@ -22,6 +26,10 @@ struct Subtree {
 }
 
 impl Subtree {
+    fn is_leaf(self) -> bool {
+        self.high - self.low <= LEAF
+    }
+
     fn middle(self) -> u16 {
         self.low + (self.high - self.low) / 2
     }
@@ -69,6 +77,9 @@ fn coordinate(p: &Point3, axis: u8) -> f32 {
 pub fn build(cloud: &[Point3], order: &mut [u16]) {
     let mut pending = Pending::new(order.len());
     while let Some(subtree) = pending.pop() {
+        if subtree.is_leaf() {
+            continue;
+        }
         let (low, high) = (usize::from(subtree.low), usize::from(subtree.high));
         let middle = usize::from(subtree.middle());
         if let Some(part) = order.get_mut(low..high) {
@@ -95,14 +106,24 @@ pub fn within(
 ) -> Option<usize> {
     let limit = radius * radius;
     let mut count = 0;
-    let mut pending = Pending::new(order.len());
-    while let Some(subtree) = pending.pop() {
-        let Some(&index) = order.get(usize::from(subtree.middle())) else { continue };
-        let point = at(cloud, index);
-        if distance_squared(&point, centre) <= limit {
+    let mut take_if_within = |index: u16, point: &Point3| {
+        if distance_squared(point, centre) <= limit {
             *members.get_mut(count)? = index;
             count += 1;
         }
+        Some(())
+    };
+    let mut pending = Pending::new(order.len());
+    while let Some(subtree) = pending.pop() {
+        if subtree.is_leaf() {
+            for &index in order.get(usize::from(subtree.low)..usize::from(subtree.high)).unwrap_or(&[]) {
+                take_if_within(index, &at(cloud, index))?;
+            }
+            continue;
+        }
+        let Some(&index) = order.get(usize::from(subtree.middle())) else { continue };
+        let point = at(cloud, index);
+        take_if_within(index, &point)?;
         let offset = coordinate(centre, subtree.axis) - coordinate(&point, subtree.axis);
         let crosses = offset * offset <= limit;
         let [before, behind] = subtree.halves();
@@ -113,7 +134,7 @@ pub fn within(
             pending.push(before);
         }
     }
-    sort_by_key(members.get_mut(..count)?, |index| index);
+    sort(members.get_mut(..count)?);
     Some(count)
 }
 

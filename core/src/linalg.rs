@@ -42,13 +42,25 @@ impl Symmetric9 {
     /// Entry (i, i). Out of range: 0.
     #[inline]
     pub fn diagonal(&self, i: usize) -> f32 {
-        self.0.get(packed(i, i)).copied().unwrap_or(0.0)
+        self.entry(i, i)
     }
 
     /// Adds to entry (i, i). Out of range: nothing.
     #[inline]
     pub fn add_diagonal(&mut self, i: usize, value: f32) {
-        if let Some(entry) = self.0.get_mut(packed(i, i)) {
+        self.add_entry(i, i, value);
+    }
+
+    /// Entry (i, j) of the lower triangle, j <= i. Out of range: 0.
+    #[inline]
+    pub fn entry(&self, i: usize, j: usize) -> f32 {
+        self.0.get(packed(i, j)).copied().unwrap_or(0.0)
+    }
+
+    /// Adds to entry (i, j) of the lower triangle, j <= i. Out of range: nothing.
+    #[inline]
+    pub fn add_entry(&mut self, i: usize, j: usize, value: f32) {
+        if let Some(entry) = self.0.get_mut(packed(i, j)) {
             *entry += value;
         }
     }
@@ -145,8 +157,10 @@ impl Factors9 {
             let mut unit = [0.0; N];
             unit[j] = 1.0;
             let column = self.solve(&unit);
-            for i in j..N {
-                inverse.0[packed(i, j)] = column[i];
+            for (i, value) in column.iter().enumerate().skip(j) {
+                if let Some(entry) = inverse.0.get_mut(packed(i, j)) {
+                    *entry = *value;
+                }
             }
         }
         inverse

@@ -19,7 +19,8 @@ use crate::{
 /// Outline rays a view may have.
 pub const MAX_OUTLINE: usize = 4096;
 
-/// One ray that touches the fruit's outline.
+/// One ray that touches the fruit's outline. Five floats in this order, also for C.
+#[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

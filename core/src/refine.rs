@@ -75,12 +75,14 @@ impl Normal {
     pub fn add_prior(&mut self, prior: &SizeTerm, ln_axes: &[f32; 3]) {
         let p = &prior.information;
         let d = p.times(prior.departure(ln_axes));
-        for (k, value) in [(0, p.xx), (1, p.yy), (2, p.zz)] {
-            self.matrix.add_diagonal(6 + k, value);
-            self.gradient[6 + k] += d[k];
+        let [.., a, b, c] = &mut self.gradient;
+        for (entry, value) in [a, b, c].into_iter().zip(d) {
+            *entry += value;
         }
-        for (i, j, value) in [(7, 6, p.xy), (8, 6, p.xz), (8, 7, p.yz)] {
-            self.matrix.0[crate::linalg::packed(i, j)] += value;
+        for (i, j, value) in
+            [(6, 6, p.xx), (7, 7, p.yy), (8, 8, p.zz), (7, 6, p.xy), (8, 6, p.xz), (8, 7, p.yz)]
+        {
+            self.matrix.add_entry(i, j, value);
         }
     }
 }
@@ -145,7 +147,7 @@ pub(crate) struct Terms {
 }
 
 /// `3^2`, Geman-McClure on outline rays.
-const OUTLINE_KERNEL: Kernel = Kernel::GemanMcClure(9.0);
+pub(crate) const OUTLINE_KERNEL: Kernel = Kernel::GemanMcClure(9.0);
 /// A ray that passes closer to the centre than half way does not ask the model to step aside.
 const DEEP: f32 = 0.25;
 
@@ -175,7 +177,7 @@ impl<'a> Evidence<'a> {
 
     /// The normal equations at `estimate`: points in order, outline rays in order, displacement eliminated, prior.
     ///
-    /// A live point within the window counts with its residual. A point further behind was seen past the model: where
+    /// An open point within the window counts with its residual. A point further behind was seen past the model: where
     /// its ray hits, it counts with the residual of the ray's closest approach, which pushes the outline aside.
     pub(crate) fn normal(&self, estimate: &Estimate, terms: &Terms, kernel: Kernel) -> Normal {
         let ellipsoid = estimate.ellipsoid();
@@ -247,26 +249,31 @@ impl Estimate {
     /// The ellipsoid with its semi-axes sorted and the sign rule of [`Ellipsoid`] applied, and for each of them its index
     /// here. Orthonormalised again: thirty small turns leave a few roundings.
     pub fn sorted(&self) -> (Ellipsoid, [usize; 3]) {
-        let sizes = self.ln_axes.map(libm::expf);
-        let mut order = [0, 1, 2];
-        for (i, j) in [(0, 1), (1, 2), (0, 1)] {
-            if sizes[order[j]] > sizes[order[i]] {
-                order.swap(i, j);
+        let [a, b, c] = self.ln_axes.map(libm::expf);
+        let [axis_a, axis_b, axis_c] = self.axes;
+        let (mut first, mut second, mut third) = ((a, axis_a, 0), (b, axis_b, 1), (c, axis_c, 2));
+        let exchange_if_larger = |front: &mut (f32, [f32; 3], usize), back: &mut (f32, [f32; 3], usize)| {
+            if back.0 > front.0 {
+                core::mem::swap(front, back);
             }
-        }
+        };
+        exchange_if_larger(&mut first, &mut second);
+        exchange_if_larger(&mut second, &mut third);
+        exchange_if_larger(&mut first, &mut second);
+        let sorted = [first, second, third];
         let [x, y, z] = self.centre;
-        let [a, b, c] = order.map(|k| self.axes[k]);
+        let [a, b, _] = sorted.map(|(_, axis, _)| axis);
         let a = unit(a);
         let along = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let b = unit([b[0] - along * a[0], b[1] - along * a[1], b[2] - along * a[2]]);
-        let axes = crate::ellipsoid::right_handed([a, b, c]);
+        let axes = crate::ellipsoid::right_handed([a, b, third.1]);
         let [a, b, _] = axes;
         let ellipsoid = Ellipsoid {
             centre: Point3::new(x, y, z),
-            semi_axes: order.map(|k| sizes[k]),
+            semi_axes: sorted.map(|(size, ..)| size),
             axes: [a, b, cross(a, b)],
         };
-        (ellipsoid, order)
+        (ellipsoid, sorted.map(|(.., index)| index))
     }
 
     /// Solves the normal equations and moves. `None` when they are singular or the step is not finite.
@@ -275,17 +282,22 @@ impl Estimate {
         for k in 3..6 {
             matrix.add_diagonal(k, ROTATION_INFORMATION);
         }
-        let solution = matrix.factor()?.solve(&normal.gradient);
-        let d = solution.map(|x| -x);
-        let smallest = libm::expf(self.ln_axes[2]);
-        let centre = limited([d[0], d[1], d[2]], CENTRE_LIMIT * smallest);
+        let d = matrix.factor()?.solve(&normal.gradient).map(|x| -x);
+        let next = self.moved_by(&d, CENTRE_LIMIT * libm::expf(self.ln_axes[2]))?;
+        Some(Self { boxiness: self.boxiness + normal.boxiness.follow(&d), ..next })
+    }
+
+    /// Moves by a step of the nine parameters, shortened where it is too bold: centre to `centre_limit`, rotation to half a
+    /// radian, sizes to 30 %. `None` when the step is not finite.
+    pub(crate) fn moved_by(&self, d: &[f32; N], centre_limit: f32) -> Option<Self> {
+        let centre = limited([d[0], d[1], d[2]], centre_limit);
         let rotation = limited([d[3], d[4], d[5]], ROTATION_LIMIT);
         let sizes = limited([d[6], d[7], d[8]], SIZE_LIMIT);
         let next = Self {
             centre: moved(&self.centre, &self.axes, centre),
             axes: turned(&self.axes, rotation),
             ln_axes: [self.ln_axes[0] + sizes[0], self.ln_axes[1] + sizes[1], self.ln_axes[2] + sizes[2]],
-            boxiness: self.boxiness + normal.boxiness.follow(&d),
+            boxiness: self.boxiness,
         };
         d.iter().all(|x| x.is_finite()).then_some(next)
     }

@@ -23,7 +23,10 @@
 //! Without a viewpoint (a complete surface from a scanner) there is no ray: `u = w / |w|`, `F = |w| - 1`, and all of
 //! the noise counts across the surface.
 
-use crate::{Ellipsoid, Point3};
+use crate::{
+    Ellipsoid, Point3,
+    foot::{Foot, foot},
+};
 
 /// How well the camera measures.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -190,6 +193,27 @@ impl RayModel {
             let variance = self.lateral * self.gradient_squared(u);
             Contact { u, e, miss_squared, value: size - 1.0, variance, gap_mm: -(nearest * self.range) }
         }
+    }
+
+    /// The contact at the point of the surface nearest to `p`: `F` is the distance times `|g|`, and all of the noise counts
+    /// across the surface.
+    #[inline]
+    pub(crate) fn perpendicular(&self, p: &Point3) -> Contact {
+        let w = self.unit([p.x - self.centre[0], p.y - self.centre[1], p.z - self.centre[2]]);
+        let Foot { u, t } = foot(w, self.inverse_axes.map(|inverse| inverse * inverse));
+        let gradient_squared = self.gradient_squared(u);
+        let variance = self.lateral * gradient_squared;
+        Contact { u, e: w, miss_squared: dot(w, w), value: t * gradient_squared, variance, gap_mm: 0.0 }
+    }
+
+    /// Mean curvature over `|g|` at `u`: 1 on a sphere, and 1 on average over the area of any ellipsoid. With `k` one over
+    /// the squares of the semi-axes, `G = sum u_i^2 k_i = |g|^2` and `Q = sum u_i^2 k_i^2` it is `(sum k_i - Q / G) / 2 G`.
+    #[inline]
+    pub(crate) fn bend(&self, u: [f32; 3]) -> f32 {
+        let k = self.inverse_axes.map(|inverse| inverse * inverse);
+        let v = [u[0] * k[0], u[1] * k[1], u[2] * k[2]];
+        let g = dot(u, v);
+        0.5 * (((k[0] + k[1] + k[2]) - dot(v, v) / g) / g)
     }
 
     /// The contact on the line from the centre: there is no ray.

@@ -14,7 +14,7 @@
 
 use crate::{
     jacobi::Symmetric3,
-    linalg::{N, packed},
+    linalg::N,
     prior::SizeTerm,
     refine::{Normal, ROTATION_INFORMATION},
 };
@@ -30,6 +30,8 @@ pub(crate) struct SizeEvidence {
 
 /// `fitted` are the normal equations at the fit with the prior `tight`, whose logarithms are `fitted_ln`; `free` those at the
 /// fit with the prior `loose`. Singular equations tell nothing about the size: infinite conflict and deviation.
+// Not inlined, so that its matrices are not on the stack while others are made.
+#[inline(never)]
 pub(crate) fn size_evidence(
     fitted: &Normal,
     fitted_ln: &[f32; 3],
@@ -77,7 +79,7 @@ fn gain_without_prior(
         (8, 7, l.yz - p.yz),
         (8, 8, l.zz - p.zz),
     ] {
-        free.matrix.0[packed(i, j)] += value;
+        free.matrix.add_entry(i, j, value);
     }
     let solution = free.matrix.factor()?.solve(&free.gradient);
     let mut gain = tight.cost(ln_axes) - loose.cost(ln_axes);

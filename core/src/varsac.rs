@@ -15,7 +15,7 @@ use crate::{
     rng::Stream,
     tebc::Shell,
     trials::trials,
-    workspace::Scratch,
+    workspace::Lists,
 };
 
 /// Why a trial came to nothing. Counted in [`VarsacReport`]; not an error, most trials end so.
@@ -93,7 +93,7 @@ impl Varsac {
         config: &Config,
         cloud: &[Point3],
         live: u32,
-        scratch: &mut Scratch<'_>,
+        scratch: &mut Lists<'_>,
         stream: &mut Stream,
         observer: &mut impl Observer,
     ) {
@@ -130,7 +130,7 @@ impl Varsac {
         config: &Config,
         cloud: &[Point3],
         live: u32,
-        scratch: &mut Scratch<'_>,
+        scratch: &mut Lists<'_>,
         stream: &mut Stream,
         observer: &mut impl Observer,
     ) -> usize {
@@ -186,7 +186,13 @@ fn hypothesis(
     }
     observer.sample(sample);
     let surface = valid_fit(config, cloud, sample, config.constraint, observer)?;
-    let score = Shell::new(&surface, config.shell).score(cloud, members);
+    let shell = Shell::new(&surface, config.shell);
+    // As many different members as points: that is all of them, and no list is needed.
+    let score = if members.len() == cloud.len() {
+        Score { inliers: shell.count(cloud), candidates: cloud.len() as u32 }
+    } else {
+        shell.score(cloud, members)
+    };
     if score.inliers < u32::from(config.min_inliers) || score.ratio() < config.min_ratio {
         return Err(Rejection::Support);
     }

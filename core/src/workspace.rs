@@ -1,9 +1,10 @@
-//! The memory of a search: five bytes a point, in place or lent.
+//! The memory of a search: five bytes a point and room for what is found, in place or lent.
 //!
-//! With the 12 bytes of the point itself a cloud costs 17 bytes a point. The capacity `N` is known here and nowhere
+//! With the 12 bytes of the point itself a cloud costs 17 bytes a point. Found fruit are kept here and not in the run, so
+//! that a run is small enough for the stack of a microcontroller. The capacity `N` is known here and nowhere
 //! below: [`Workspace`] owns, [`Scratch`] borrows, algorithms take slices.
 
-use crate::{Point3, point::MAX_POINTS};
+use crate::{Point3, map::Finds, point::MAX_POINTS};
 
 /// Owns the buffers for clouds of up to `N` points. Place it on the stack or in a `static`.
 ///
@@ -11,25 +12,26 @@ use crate::{Point3, point::MAX_POINTS};
 /// use varsac_core::Workspace;
 /// let mut workspace = Workspace::<2048>::new();
 /// assert_eq!(workspace.scratch().capacity(), 2048);
-/// assert_eq!(size_of::<Workspace<2048>>(), 5 * 2048);
+/// assert_eq!(size_of::<Workspace<2048>>(), 5 * 2048 + size_of::<varsac_core::Finds>());
 /// ```
 #[derive(Debug, Clone)]
 pub struct Workspace<const N: usize> {
     order: [u16; N],
     members: [u16; N],
     labels: [u8; N],
+    finds: Finds,
 }
 
 impl<const N: usize> Workspace<N> {
     /// An empty workspace.
     pub const fn new() -> Self {
         const { assert!(N <= MAX_POINTS, "indices are u16: a workspace holds at most 65535 points") };
-        Self { order: [0; N], members: [0; N], labels: [0; N] }
+        Self { order: [0; N], members: [0; N], labels: [0; N], finds: Finds::new() }
     }
 
     /// Lends the buffers to one search.
     pub fn scratch(&mut self) -> Scratch<'_> {
-        Scratch { order: &mut self.order, members: &mut self.members, labels: &mut self.labels }
+        Scratch::new(&mut self.order, &mut self.members, &mut self.labels, &mut self.finds)
     }
 }
 
@@ -42,6 +44,13 @@ impl<const N: usize> Default for Workspace<N> {
 /// Borrowed buffers of one search; what they held before does not matter.
 #[derive(Debug)]
 pub struct Scratch<'a> {
+    pub(crate) lists: Lists<'a>,
+    pub(crate) finds: &'a mut Finds,
+}
+
+/// The part of it that holds something for each point.
+#[derive(Debug)]
+pub(crate) struct Lists<'a> {
     /// Permutation of the live points: the k-d tree.
     pub(crate) order: &'a mut [u16],
     /// Neighbourhood of the seed point, or inliers of a model, ascending.
@@ -52,13 +61,34 @@ pub struct Scratch<'a> {
 
 impl<'a> Scratch<'a> {
     /// Buffers from elsewhere (a C program's, say); the shortest decides the capacity.
-    pub fn new(order: &'a mut [u16], members: &'a mut [u16], labels: &'a mut [u8]) -> Self {
-        Self { order, members, labels }
+    pub fn new(
+        order: &'a mut [u16],
+        members: &'a mut [u16],
+        labels: &'a mut [u8],
+        finds: &'a mut Finds,
+    ) -> Self {
+        Self { lists: Lists { order, members, labels }, finds }
     }
 
     /// Points there is room for.
     pub fn capacity(&self) -> usize {
-        self.order.len().min(self.members.len()).min(self.labels.len()).min(MAX_POINTS)
+        let Lists { order, members, labels } = &self.lists;
+        order.len().min(members.len()).min(labels.len()).min(MAX_POINTS)
+    }
+
+    /// Declares the first `count` points live: for searches that are run by hand, see [`crate::mixture`].
+    pub fn reset(&mut self, count: usize) {
+        self.lists.labels.iter_mut().take(count).for_each(|label| *label = 0);
+    }
+}
+
+impl Lists<'_> {
+    /// Copies the first `count` members to `order` and lends them there.
+    pub(crate) fn copy_members(&mut self, count: usize) -> &mut [u16] {
+        for (slot, &index) in self.order.iter_mut().zip(self.members.iter()).take(count) {
+            *slot = index;
+        }
+        self.order.get_mut(..count).unwrap_or(&mut [])
     }
 
     /// Lists the unclaimed points that satisfy `wanted` in `members`, ascending; returns how many. `O(n)`.

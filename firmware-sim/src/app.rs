@@ -1,16 +1,21 @@
 //! The firmware's main loop: link and search take turns, neither ever waits for the other.
 //!
-//! A turn moves what bytes there are, takes at most one frame, and does one bounded step of the detector. Each target
-//! goes out as soon as it is found; the search holds still only while a target waits for the one before it to be
+//! A turn moves what bytes there are, takes at most one frame, and does one bounded step of the detector. Each target,
+//! accepted or refused, goes out as soon as it is known; the search holds still only while a target waits for the one before it to be
 //! acknowledged. The memory is all there from the start.
 
 use varsac_core::link::message::{Answer, Message, Reason};
-use varsac_core::link::payload::{Ending, Fault, REJECTIONS, Report, Search, Target, Welcome};
+use varsac_core::link::payload::{
+    Ending, Fault, OUTLINE_CAPACITY, REJECTIONS, Report, Search, Target, Welcome,
+};
 use varsac_core::link::{
-    CloudReceiver, FrameReceiver, Incoming, Loss, MAX_PAYLOAD, MAX_WIRE, Nack, Session, Timing,
+    CloudReceiver, FrameReceiver, Incoming, Loss, MAX_PAYLOAD, MAX_WIRE, Nack, Session, Timing, ViewMemory,
 };
 use varsac_core::point::check_cloud;
-use varsac_core::{Detector, Observer, Point3, Rejection, Score, Step, Workspace};
+use varsac_core::{
+    Detector, Estimate, Observer, OutlineRay, Point3, Rejection, Score, Stage, Status, Step, Support, View,
+    Workspace,
+};
 
 /// What the main loop runs on. Nothing in it may block.
 pub trait Machine {
@@ -50,6 +55,8 @@ pub enum Event {
     Search {
         /// Points of the cloud.
         points: u16,
+        /// Its outline rays.
+        outline_rays: u16,
         /// Its seed.
         seed: u64,
     },
@@ -59,6 +66,8 @@ pub enum Event {
         target: u8,
         /// Its support.
         score: Score,
+        /// Accepted, or why not.
+        status: Status,
     },
     /// A search is over.
     Done {
@@ -83,11 +92,15 @@ pub struct Limits {
 /// Repeat after a quarter of a second, then less and less often, eight times: 13.75 s in all.
 pub const TIMING: Timing = Timing { resend_after: 250, resends: 8 };
 
-/// All memory of the main loop: 17 bytes a point, and two frames.
+const ORIGIN: Point3 = Point3::new(0.0, 0.0, 0.0);
+
+/// All memory of the main loop: 17 bytes a point, what is found, the outline rays, and two frames. The state of a search is on
+/// the stack while it runs.
 #[derive(Debug)]
 pub struct Memory<const N: usize> {
     line: Line,
     cloud: [Point3; N],
+    outline: [OutlineRay; OUTLINE_CAPACITY],
     workspace: Workspace<N>,
 }
 
@@ -96,7 +109,8 @@ impl<const N: usize> Memory<N> {
     pub const fn new() -> Self {
         Self {
             line: Line { session: Session::device(TIMING), receiver: FrameReceiver::new() },
-            cloud: [Point3::new(0.0, 0.0, 0.0); N],
+            cloud: [ORIGIN; N],
+            outline: [OutlineRay { inner: ORIGIN, outer_mm: 0.0, sigma_rad: 0.0 }; OUTLINE_CAPACITY],
             workspace: Workspace::new(),
         }
     }
@@ -110,11 +124,13 @@ impl<const N: usize> Default for Memory<N> {
 
 /// Serves hosts until [`Machine::is_running`] says no.
 pub fn run<const N: usize>(machine: &mut impl Machine, memory: &mut Memory<N>, limits: &Limits) {
-    let Memory { line, cloud, workspace } = memory;
+    let Memory { line, cloud, outline, workspace } = memory;
     let capacity = cloud.len().min(usize::from(limits.capacity));
+    let cloud = cloud.get_mut(..capacity).unwrap_or(&mut []);
+    let mut memory = ViewMemory { cloud, outline };
     let mut desk = Desk::new();
     while machine.is_running() {
-        let turn = line.turn(machine, |message| desk.take(message, cloud, capacity));
+        let turn = line.turn(machine, |message| desk.take(message, &mut memory));
         if turn.lost {
             desk = Desk::new();
         }
@@ -124,13 +140,13 @@ pub fn run<const N: usize>(machine: &mut impl Machine, memory: &mut Memory<N>, l
         }
         if let Some(order) = desk.order.take()
             && let Some(detector) = &desk.detector
-            && let Some(points) = desk.cloud.complete().and_then(|count| cloud.get(..count))
+            && let Some(view) = desk.cloud.complete(&memory)
         {
             let budget = match order.step_budget {
                 0 => limits.step_budget,
                 asked => asked.min(limits.step_budget),
             };
-            if search(machine, line, detector, points, workspace, order.seed, budget) == After::NewSession {
+            if search(machine, line, detector, &view, workspace, order.seed, budget) == After::NewSession {
                 desk = Desk { greet: line.session.id().is_some(), ..Desk::new() };
             }
         } else if !turn.moved {
@@ -145,6 +161,7 @@ fn welcome(board: u8, capacity: usize) -> Welcome {
         board,
         max_payload: MAX_PAYLOAD as u16,
         capacity: capacity as u16,
+        outline_capacity: OUTLINE_CAPACITY as u16,
     }
 }
 
@@ -219,7 +236,7 @@ impl Desk {
     }
 
     /// Takes a message while no search runs.
-    fn take(&mut self, message: &Message<'_>, memory: &mut [Point3], capacity: usize) -> Answer {
+    fn take(&mut self, message: &Message<'_>, memory: &mut ViewMemory<'_>) -> Answer {
         match message {
             Message::Hello(_) => {
                 *self = Self { greet: true, ..Self::new() };
@@ -230,12 +247,13 @@ impl Desk {
                     Some(Detector::new(config.clone()).map_err(|_| Reason::Configuration.nack(0))?);
                 Ok(())
             }
-            Message::CloudBegin(begin) => self.cloud.begin(begin, capacity),
+            Message::CloudBegin(begin) => self.cloud.begin(begin, memory),
             Message::CloudChunk(chunk) => self.cloud.chunk(chunk, memory),
+            Message::OutlineChunk(chunk) => self.cloud.outline_chunk(chunk, memory),
             Message::CloudEnd(end) => {
                 self.cloud.end(end)?;
-                let points = self.cloud.complete().and_then(|count| memory.get(..count)).unwrap_or(&[]);
-                check_cloud(points, capacity).map_err(|error| {
+                let points = self.cloud.complete(memory).map_or(&[][..], |view| view.cloud);
+                check_cloud(points, memory.cloud.len()).map_err(|error| {
                     self.cloud = CloudReceiver::new();
                     match error {
                         varsac_core::CloudError::Coordinate { index, .. } => Reason::Coordinate.nack(index),
@@ -249,7 +267,7 @@ impl Desk {
                 })
             }
             Message::Search(search) => {
-                if self.detector.is_none() || self.cloud.complete().is_none() {
+                if self.detector.is_none() || self.cloud.complete(memory).is_none() {
                     return Err(Reason::Order.nack(0));
                 }
                 self.order = Some(*search);
@@ -275,15 +293,16 @@ fn search<const N: usize>(
     machine: &mut impl Machine,
     line: &mut Line,
     detector: &Detector,
-    cloud: &[Point3],
+    view: &View<'_>,
     workspace: &mut Workspace<N>,
     seed: u64,
     step_budget: u32,
 ) -> After {
-    machine.log(Event::Search { points: cloud.len() as u16, seed });
-    let Ok(mut run) = detector.detect(cloud, workspace.scratch(), seed) else {
+    let (points, outline_rays) = (view.cloud.len() as u16, view.outline.len() as u16);
+    machine.log(Event::Search { points, outline_rays, seed });
+    let Ok(mut run) = detector.detect_view(view, workspace.scratch(), seed) else {
         // The cloud was checked when it was complete: the memory is not what it was.
-        let _ = line.session.send(&Message::Fault(Fault { code: 1, value: cloud.len() as u32 }));
+        let _ = line.session.send(&Message::Fault(Fault { code: 1, value: u32::from(points) }));
         return After::SameSession;
     };
     let (mut tally, mut targets, mut steps) = (Tally::default(), 0, 0);
@@ -330,7 +349,8 @@ fn search<const N: usize>(
                 Step::Working | Step::Missed(_) => {}
                 Step::Found(detection) => {
                     targets = detection.target;
-                    machine.log(Event::Found { target: targets, score: detection.score });
+                    let (score, status) = (detection.score, detection.status);
+                    machine.log(Event::Found { target: targets, score, status });
                     waiting = Some(Message::Target(Target::from(&detection)));
                 }
                 Step::Finished(finish) => ending = Some(Ending::Complete(finish)),
@@ -345,6 +365,8 @@ fn search<const N: usize>(
 struct Tally {
     trials: u32,
     rejections: [u32; REJECTIONS],
+    /// Where the latest estimate of the default search stood.
+    stage: Option<Stage>,
 }
 
 impl Observer for Tally {
@@ -357,6 +379,15 @@ impl Observer for Tally {
 
     fn score(&mut self, _score: Score) {
         self.trials += 1;
+    }
+
+    fn estimate(&mut self, stage: Stage, _estimate: &Estimate) {
+        self.stage = Some(stage);
+    }
+
+    /// Of a hypothesis: a trial ends. Of one that was refined: its trial was counted before.
+    fn support(&mut self, _support: &Support) {
+        self.trials += u32::from(self.stage == Some(Stage::Hypothesis));
     }
 }
 

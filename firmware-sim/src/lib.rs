@@ -4,7 +4,8 @@
 //!   a [`app::Machine`] carries its bytes and tells it the time.
 //! * [`board`]: the boards the emulator has, and how large a cloud and how long a search each of them is given.
 //! * [`rings`]: the link's bytes in memory that host and board share, for bulk.
-//! * [`scene`]: clouds that board and host can both make from a number, for proofs without a link.
+//! * [`scene`], [`view`]: clouds, and views with mask and outline, that board and host can both make from a number, for
+//!   proofs without a link.
 //! * `native` (feature): the main loop in a thread of a PC program, held to the limits of a board.
 //!
 //! The programs for the boards are `src/bin/firmware` (the co-processor) and `src/bin/prove` (measurements).
@@ -19,3 +20,4 @@ pub mod board;
 pub mod native;
 pub mod rings;
 pub mod scene;
+pub mod view;

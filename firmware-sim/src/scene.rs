@@ -1,10 +1,11 @@
-//! Clouds made from a number, the same on every machine, and a digest of what was found in them.
+//! Clouds made from a number, the same on every machine, and a digest of what was found in them. For the paper's search;
+//! see [`crate::view`] for the default one.
 //!
 //! For proofs on boards without a link: host and board make the same cloud, search it and compare one number. A scene
 //! is one to three jujubes seen from one side with half a millimetre of noise, and clutter around them.
 
 use varsac_core::rng::Stream;
-use varsac_core::{Config, Constraint, Detection, Detector, Point3, Workspace};
+use varsac_core::{Config, Constraint, Covariance, Detection, Detector, Point3, Status, Workspace};
 
 /// Points of a scene; a third of them clutter.
 pub const SCENE_POINTS: usize = 300;
@@ -43,20 +44,52 @@ pub fn one_fruit(cloud: &mut [Point3]) {
     }
 }
 
-/// FNV-1a over the bits of a detection, from the digest of those before it (0 at first).
-pub fn digest(before: u64, detection: &Detection) -> u64 {
-    let ellipsoid = &detection.ellipsoid;
-    let [a, b, c] = ellipsoid.axes;
-    let [centre_x, centre_y, centre_z] = ellipsoid.centre.coords.into();
-    let floats = [[centre_x, centre_y, centre_z], ellipsoid.semi_axes, a, b, c];
-    let quaternion = ellipsoid.quaternion_xyzw();
-    let words = floats.iter().flatten().chain(&quaternion).map(|value| value.to_bits());
-    let counts = [detection.score.inliers, detection.score.candidates, detection.report.trials];
-    words.chain(counts).fold(before ^ 0xCBF2_9CE4_8422_2325, |hash, word| {
-        word.to_le_bytes()
+/// What was found, and every bit of it in one number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Digested {
+    /// Targets.
+    pub targets: u32,
+    /// Of these, the accepted.
+    pub accepted: u32,
+    /// FNV-1a over the bits of all targets; 0 without one.
+    pub digest: u64,
+}
+
+impl Digested {
+    /// With one more target: ellipsoid, attitude, counts, status and covariance.
+    #[must_use]
+    pub fn and(self, detection: &Detection) -> Self {
+        let ellipsoid = &detection.ellipsoid;
+        let centre: [f32; 3] = ellipsoid.centre.coords.into();
+        let quaternion = ellipsoid.quaternion_xyzw();
+        let (code, refused) = match detection.status {
+            Status::Accepted => (0, [0.0; 2]),
+            Status::Refused(refusal) => (1 + refusal.code as u32, [refusal.value, refusal.limit]),
+        };
+        let covariance = detection.covariance.as_ref().map_or(&[][..], Covariance::packed);
+        let floats = centre
             .iter()
-            .fold(hash, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3))
-    })
+            .chain(&ellipsoid.semi_axes)
+            .chain(ellipsoid.axes.as_flattened())
+            .chain(&quaternion)
+            .chain(&refused)
+            .chain(covariance);
+        let counts = [detection.score.inliers, detection.score.candidates, detection.report.trials, code];
+        let words = floats.map(|value| value.to_bits()).chain(counts);
+        let digest = words.fold(self.digest ^ 0xCBF2_9CE4_8422_2325, |hash, word| {
+            word.to_le_bytes()
+                .iter()
+                .fold(hash, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3))
+        });
+        Self { targets: self.targets + 1, accepted: self.accepted + u32::from(code == 0), digest }
+    }
+}
+
+/// Targets, accepted ones, digest: as boards and host print it.
+impl core::fmt::Display for Digested {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{} {} {:016x}", self.targets, self.accepted, self.digest)
+    }
 }
 
 /// How scene `number` is searched: the paper's Table 5 with limits that real fruit keep and few trials, in four
@@ -79,32 +112,49 @@ pub fn config(number: u64) -> Config {
     config
 }
 
-/// Makes scene `number`, searches it to the end, and digests all that was found: targets and digest.
+/// Makes scene `number`, searches it to the end by the paper's search, and digests all that was found.
 pub fn search_digest(
     number: u64,
     cloud: &mut [Point3; SCENE_POINTS],
     workspace: &mut Workspace<SCENE_POINTS>,
-) -> (u32, u64) {
+) -> Digested {
     scene(number, cloud);
-    let Ok(detector) = Detector::new(config(number)) else { return (0, 0) };
-    let Ok(run) = detector.detect(cloud, workspace.scratch(), number) else { return (0, 0) };
-    run.fold((0, 0), |(targets, before), detection| (targets + 1, digest(before, &detection)))
+    let Ok(detector) = Detector::new(config(number)) else { return Digested::default() };
+    let Ok(run) = detector.detect(cloud, workspace.scratch(), number) else { return Digested::default() };
+    run.fold(Digested::default(), |before, detection| before.and(&detection))
 }
 
-struct Fruit {
-    centre: [f32; 3],
+/// A jujube.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Fruit {
+    pub(crate) centre: [f32; 3],
     /// Row k: unit vector of semi-axis k.
-    axes: [[f32; 3]; 3],
+    pub(crate) axes: [[f32; 3]; 3],
 }
 
 impl Fruit {
-    fn random(stream: &mut Stream) -> Self {
+    pub(crate) fn random(stream: &mut Stream) -> Self {
         let centre =
             [120.0 * uniform(stream) - 60.0, 120.0 * uniform(stream) - 60.0, 680.0 + 120.0 * uniform(stream)];
         let long = direction(stream);
         let other = direction(stream);
         let second = unit(cross(long, other));
         Self { centre, axes: [long, second, cross(long, second)] }
+    }
+
+    /// Depth at which the ray through (x, y, 1) meets it, mm.
+    pub(crate) fn depth_mm(&self, [x, y]: [f32; 2]) -> Option<f32> {
+        let (mut ray_ray, mut ray_centre, mut centre_centre) = (0.0, 0.0, 0.0);
+        for (axis, semi_axis) in self.axes.iter().zip(SEMI_AXES) {
+            let ray = (axis[0] * x + axis[1] * y + axis[2]) / semi_axis;
+            let [cx, cy, cz] = self.centre;
+            let centre = (axis[0] * cx + axis[1] * cy + axis[2] * cz) / semi_axis;
+            ray_ray += ray * ray;
+            ray_centre += ray * centre;
+            centre_centre += centre * centre;
+        }
+        let discriminant = ray_centre * ray_centre - ray_ray * (centre_centre - 1.0);
+        (discriminant > 0.0).then(|| (ray_centre - libm::sqrtf(discriminant)) / ray_ray)
     }
 
     /// A point of the side that faces the camera, moved along its ray by noise. A side that is turned away 64 times in
@@ -133,7 +183,7 @@ impl Fruit {
 }
 
 /// In [0, 1), 24 bits.
-fn uniform(stream: &mut Stream) -> f32 {
+pub(crate) fn uniform(stream: &mut Stream) -> f32 {
     stream.below(1 << 24) as f32 / (1 << 24) as f32
 }
 

@@ -12,7 +12,7 @@ pub mod statistics;
 
 use nalgebra::{Matrix3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
-use varsac_core::Ellipsoid;
+use varsac_core::{CentralQuadric, Ellipsoid, jacobi::Symmetric3};
 
 /// An ellipsoid in double precision: ground truth, or the result of a baseline.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -107,6 +107,25 @@ impl From<&EllipsoidF64> for Ellipsoid {
     }
 }
 
+impl From<&EllipsoidF64> for CentralQuadric {
+    /// Centre and shape, rounded: `(p - c)^T S (p - c) = 1` with `S` the sum of `axis axis^T / semi_axis^2`.
+    fn from(ellipsoid: &EllipsoidF64) -> Self {
+        let entry = |i: usize, j: usize| {
+            let terms = ellipsoid.axes.iter().zip(ellipsoid.semi_axes_mm);
+            terms.map(|(axis, length)| axis[i] * axis[j] / (length * length)).sum::<f64>() as f32
+        };
+        let shape = Symmetric3 {
+            xx: entry(0, 0),
+            yy: entry(1, 1),
+            zz: entry(2, 2),
+            xy: entry(0, 1),
+            xz: entry(0, 2),
+            yz: entry(1, 2),
+        };
+        Self { centre: Ellipsoid::from(ellipsoid).centre, shape }
+    }
+}
+
 #[inline]
 pub(crate) fn dot(p: [f64; 3], q: [f64; 3]) -> f64 {
     p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
@@ -142,6 +161,18 @@ mod tests {
             (Point3::new(0.0, 0.0, 700.0), -11.0),
         ] {
             assert!((truth.distance_mm(&point) - expected).abs() < 1e-9, "{point}");
+        }
+    }
+
+    #[test]
+    fn the_central_form_is_the_square_of_the_level() {
+        let axes = attitude::axes_of_angles([0.3, -0.4, 2.0]);
+        let e = EllipsoidF64::sorted([1.0, -2.0, 7.0], [3.0, 2.0, 1.0], axes);
+        let central = CentralQuadric::from(&e);
+        for [x, y, z] in [[1.0, 0.0, 6.0], [4.0, -2.0, 7.5], [0.0, 0.5, 8.0]] {
+            let level = e.level(&Point3::new(x, y, z));
+            let value = central.value(&varsac_core::Point3::new(x as f32, y as f32, z as f32));
+            assert!((f64::from(value) / (level * level) - 1.0).abs() < 1e-5, "{value} {level}");
         }
     }
 

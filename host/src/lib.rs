@@ -13,6 +13,7 @@
 //! [`check`] holds the core bit for bit against the float reference, which shares no code with it.
 //! [`experiment`] repeats the paper's experiments and ours, with tables and figures.
 //! [`simulate`] has a co-processor do step 4: a thread, an emulated board, or a real one on a serial port.
+//! [`speed`] races the ways of doing a thing against each other; [`wide`] runs loops in the widest registers there are.
 //! [`cli`] is the command `varsac`; [`demo`] does all of the above on a rendered Kinect v2 pair.
 //!
 //! Millimetres and the depth camera's optical frame (x right, y down, z forward) everywhere; errors are
@@ -44,7 +45,9 @@ pub mod report;
 pub mod segment;
 pub mod similarity;
 pub mod simulate;
+pub mod speed;
 pub mod synth;
+pub mod wide;
 
 #[cfg(test)]
 mod testing;

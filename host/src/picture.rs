@@ -38,7 +38,8 @@ pub fn of_cloud(located: &Located, path: &Path) -> Result<(), InputError> {
     write_png(path, &draw_cloud(&points, &located.labels, &overlays(located), &captions))
 }
 
-fn overlays(located: &Located) -> Vec<Overlay> {
+/// How each target is drawn.
+pub(crate) fn overlays(located: &Located) -> Vec<Overlay> {
     let overlay = |(k, target): (usize, &crate::locate::Target)| Overlay {
         number: k as u32 + 1,
         ellipsoid: EllipsoidF64::from(&target.ellipsoid),

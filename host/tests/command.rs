@@ -314,8 +314,27 @@ fn an_experiment_prints_its_table_and_writes_its_files() {
     assert_eq!(parsed[0]["tables"][0]["rows"][0]["trials"], 7);
 
     let list = text(&varsac(folder.path(), &["experiment", "list"], "").stdout);
-    assert!(list.starts_with("fig5"), "{list}");
+    assert!(list.lines().any(|line| line.starts_with("fig5 ")), "{list}");
     let unknown = varsac(folder.path(), &["experiment", "fig99"], "");
     assert_eq!(unknown.status.code(), Some(2));
     assert!(text(&unknown.stderr).contains("fig5"), "{}", text(&unknown.stderr));
+}
+
+#[test]
+fn an_experiment_shows_a_given_frame_as_the_fruit_that_is_named() {
+    let folder = folder();
+    Frame::write(&frame(), &folder.path().join("frame")).unwrap();
+    let regions = |fruit: &str| {
+        let args = ["experiment", "fig9", "--json", "--frame", "frame", "--fruit", fruit];
+        let output = varsac(folder.path(), &args, "");
+        let parsed: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let rows = parsed[0]["tables"][0]["rows"].as_array().unwrap().clone();
+        let given: Vec<Value> = rows.into_iter().filter(|row| row["frame"] == "given").collect();
+        given.last().unwrap()["regions"].as_u64().unwrap()
+    };
+    // A red fruit has the hue of a jujube and not that of a lemon.
+    assert_eq!((regions("jujube"), regions("lemon")), (1, 0));
+    assert!(folder.path().join("varsac-experiments/fig9-given-d.png").is_file());
+    let missing = varsac(folder.path(), &["experiment", "fig9", "--frame", "nowhere"], "");
+    assert_eq!(missing.status.code(), Some(2));
 }

@@ -4,22 +4,27 @@
 use std::collections::VecDeque;
 
 use varsac_core::link::message::Answer;
-use varsac_core::link::payload::{Ending, Hello, REJECTIONS, Report, Search, Target, Welcome};
+use varsac_core::link::payload::{
+    Ending, Hello, OUTLINE_CAPACITY, REJECTIONS, Report, Search, Target, Welcome,
+};
 use varsac_core::link::{
-    CloudReceiver, CloudSender, FrameReceiver, Incoming, Message, Reason, Session, Timing,
+    CloudReceiver, CloudSender, FrameReceiver, Incoming, Message, Reason, Session, Timing, ViewMemory,
 };
 use varsac_core::rng::Stream;
-use varsac_core::{Finish, Point3};
+use varsac_core::{Finish, OutlineRay, Point3, View};
 
 /// Patience of both ends, in ticks.
 pub const TIMING: Timing = Timing { resend_after: 20, resends: 6 };
 
-/// A device that answers a search with the sum of the coordinates of the cloud.
+const NO_RAY: OutlineRay = OutlineRay { inner: Point3::new(0.0, 0.0, 0.0), outer_mm: 0.0, sigma_rad: 0.0 };
+
+/// A device that answers a search with a digest of the view.
 struct Device {
     session: Session,
     receiver: FrameReceiver,
     cloud: CloudReceiver,
-    memory: Vec<Point3>,
+    points: Vec<Point3>,
+    outline: Vec<OutlineRay>,
     to_send: VecDeque<Message<'static>>,
     chunks: u32,
 }
@@ -30,7 +35,8 @@ impl Device {
             session: Session::device(TIMING),
             receiver: FrameReceiver::new(),
             cloud: CloudReceiver::new(),
-            memory: vec![Point3::origin(); 2000],
+            points: vec![Point3::origin(); 2000],
+            outline: vec![NO_RAY; OUTLINE_CAPACITY],
             to_send: VecDeque::new(),
             chunks: 0,
         }
@@ -40,6 +46,7 @@ impl Device {
         for &byte in bytes {
             let Some(frame) = self.receiver.push(byte) else { continue };
             let Incoming::Message(message) = self.session.receive(&frame) else { continue };
+            let mut memory = ViewMemory { cloud: &mut self.points, outline: &mut self.outline };
             let answer: Answer = match message {
                 Message::Hello(_) => {
                     self.to_send.clear();
@@ -49,22 +56,27 @@ impl Device {
                         board: 0,
                         max_payload: 1000,
                         capacity: 2000,
+                        outline_capacity: OUTLINE_CAPACITY as u16,
                     }));
                     Ok(())
                 }
-                Message::CloudBegin(begin) => self.cloud.begin(&begin, self.memory.len()),
+                Message::CloudBegin(begin) => self.cloud.begin(&begin, &memory),
                 Message::CloudChunk(chunk) => {
                     self.chunks += 1;
-                    self.cloud.chunk(&chunk, &mut self.memory)
+                    self.cloud.chunk(&chunk, &mut memory)
+                }
+                Message::OutlineChunk(chunk) => {
+                    self.chunks += 1;
+                    self.cloud.outline_chunk(&chunk, &mut memory)
                 }
                 Message::CloudEnd(end) => self.cloud.end(&end),
-                Message::Search(search) => match self.cloud.complete() {
-                    Some(points) => {
-                        let target = target_of(&self.memory[..points], search.seed);
+                Message::Search(search) => match self.cloud.complete(&memory) {
+                    Some(view) => {
+                        let target = target_of(&view, search.seed);
                         let report = Report {
                             ending: Ending::Complete(Finish::FewPoints),
                             targets: 1,
-                            trials: points as u32,
+                            trials: view.cloud.len() as u32,
                             steps: 1,
                             rejections: [0; REJECTIONS],
                             stack_bytes: None,
@@ -89,10 +101,15 @@ impl Device {
     }
 }
 
-/// Stands for a search: depends on every bit of the cloud, on their order and on the seed.
-pub fn target_of(cloud: &[Point3], seed: u64) -> Target {
+/// Stands for a search: depends on every bit of the view, on their order and on the seed.
+pub fn target_of(view: &View<'_>, seed: u64) -> Target {
     let mut hash = 0xCBF2_9CE4_8422_2325_u64 ^ seed;
-    for value in cloud.iter().flat_map(|point| [point.x, point.y, point.z]) {
+    let points = view.cloud.iter().flat_map(|point| [point.x, point.y, point.z]);
+    let rays = view
+        .outline
+        .iter()
+        .flat_map(|ray| [ray.inner.x, ray.inner.y, ray.inner.z, ray.outer_mm, ray.sigma_rad]);
+    for value in points.chain(rays).chain([view.pitch_rad, view.in_mask as f32]) {
         hash = (hash ^ u64::from(value.to_bits())).wrapping_mul(0x0100_0000_01B3);
     }
     Target {
@@ -104,8 +121,9 @@ pub fn target_of(cloud: &[Point3], seed: u64) -> Target {
         quaternion_xyzw: [0.0, 0.0, 0.0, 1.0],
         inliers: hash as u32,
         candidates: (hash >> 32) as u32,
-        trials: cloud.len() as u32,
+        trials: view.cloud.len() as u32,
         covariance: None,
+        findings: None,
     }
 }
 
@@ -124,11 +142,11 @@ pub enum Step {
     GaveUp,
 }
 
-/// A host that wants one cloud searched and starts again, in a new session, when the session is lost.
+/// A host that wants one view searched and starts again, in a new session, when the session is lost.
 struct Host<'a> {
     session: Session,
     receiver: FrameReceiver,
-    cloud: &'a [Point3],
+    view: View<'a>,
     sender: CloudSender<'a>,
     step: Step,
     target: Option<Target>,
@@ -144,12 +162,12 @@ pub const ATTEMPTS: u32 = 40;
 pub const SEED: u64 = 0xF00D;
 
 impl<'a> Host<'a> {
-    fn new(cloud: &'a [Point3], id_seed: u64) -> Self {
+    fn new(view: &View<'a>, id_seed: u64) -> Self {
         Self {
             session: Session::host(TIMING),
             receiver: FrameReceiver::new(),
-            cloud,
-            sender: CloudSender::new(cloud),
+            view: *view,
+            sender: CloudSender::new(view),
             step: Step::Opening,
             target: None,
             attempts: 0,
@@ -167,7 +185,7 @@ impl<'a> Host<'a> {
         self.attempts += 1;
         self.step = Step::Opening;
         self.target = None;
-        self.sender = CloudSender::new(self.cloud);
+        self.sender = CloudSender::new(&self.view);
         self.heard = now;
         self.session.open(self.ids.below(u32::MAX), Hello { max_payload: 1000 }).unwrap();
     }
@@ -281,9 +299,9 @@ pub struct Outcome {
 ///
 /// # Panics
 /// When neither happens, or the device objects to something on a perfect line.
-pub fn run(cloud: &[Point3], per_mille: u32, seed: u64, kill: impl Fn(u32) -> (bool, bool)) -> Outcome {
+pub fn run(view: &View<'_>, per_mille: u32, seed: u64, kill: impl Fn(u32) -> (bool, bool)) -> Outcome {
     let mut stream = Stream::new(seed);
-    let mut host = Host::new(cloud, seed ^ 0xAAAA);
+    let mut host = Host::new(view, seed ^ 0xAAAA);
     let mut device = Device::new();
     let mut up = Line { per_mille, flying: Vec::new() };
     let mut down = Line { per_mille, flying: Vec::new() };
@@ -293,7 +311,7 @@ pub fn run(cloud: &[Point3], per_mille: u32, seed: u64, kill: impl Fn(u32) -> (b
             device = Device { chunks: device.chunks, ..Device::new() };
         }
         if kill_host {
-            host = Host::new(cloud, seed ^ u64::from(now));
+            host = Host::new(view, seed ^ u64::from(now));
         }
         host.take(&down.read(now), now);
         device.take(&up.read(now), now);

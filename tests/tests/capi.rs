@@ -70,7 +70,11 @@ fn the_c_example_prints_the_same_bits_here_and_on_a_cortex_m4f() {
     println!("{here}");
     assert!(here.contains("found 1\n"), "{here}");
     assert!(here.contains("step by step: the same bits"), "{here}");
-    assert!(here.contains("a shell of 2: a field of the configuration is out of range"), "{here}");
+    assert!(here.contains("fruit 1: accepted\n"), "{here}");
+    assert!(here.contains("fruit 1: refused: uncertain, "), "{here}");
+    assert!(here.contains("the paper's search: found 1\n"), "{here}");
+    assert!(here.contains("a limit of -1: a field of the configuration is out of range"), "{here}");
+    assert!(here.ends_with("names it: map.gate.flat\n"), "{here}");
     let there = on_the_board(folder.path());
     assert_eq!(here, there.replace('\r', ""));
 }
@@ -126,7 +130,67 @@ fn every_function_of_the_header_is_in_the_library_and_the_other_way_round() {
         );
     }
     assert_eq!(functions(&header), functions(&exported));
-    assert_eq!(functions(&exported).len(), 7);
+    assert_eq!(functions(&exported).len(), 8);
+}
+
+/// What stands between `before` and the next `after`.
+fn between<'a>(text: &'a str, before: &str, after: &str) -> &'a str {
+    let start = text.find(before).unwrap_or_else(|| panic!("{before} is missing")) + before.len();
+    let rest = &text[start..];
+    &rest[..rest.find(after).unwrap_or_else(|| panic!("{after} is missing behind {before}"))]
+}
+
+#[test]
+fn header_and_library_agree_on_the_memory_of_a_search() {
+    let header = std::fs::read_to_string(capi().join("include/varsac.h")).unwrap();
+    let source = std::fs::read_to_string(capi().join("src/search.rs")).unwrap();
+    // That a search fits is asserted when the library is compiled, for each target.
+    assert_eq!(
+        between(&header, "#define VARSAC_SEARCH_WORDS ", "\n"),
+        between(&source, "const SEARCH_WORDS: usize = ", ";")
+    );
+    let source = std::fs::read_to_string(capi().join("src/types.rs")).unwrap();
+    assert_eq!(
+        between(&header, "#define VARSAC_FINDS_WORDS ", "\n"),
+        between(&source, "const FINDS_WORDS: usize = ", ";")
+    );
+}
+
+#[test]
+fn every_refusal_has_its_number_in_the_header() {
+    let header = std::fs::read_to_string(capi().join("include/varsac.h")).unwrap();
+    let source = std::fs::read_to_string(capi().join("src/types.rs")).unwrap();
+    let numbers = between(&source, "const fn verdict_number", "\n}\n");
+    let mut count = 0;
+    for line in numbers.lines().filter_map(|line| line.trim().strip_prefix("RefusalCode::")) {
+        let (name, number) = line.trim_end_matches(',').split_once(" => ").unwrap();
+        let mut constant = String::from("VARSAC_REFUSED");
+        for letter in name.chars() {
+            constant.extend(letter.is_uppercase().then_some('_'));
+            constant.extend(letter.to_uppercase());
+        }
+        let expected = format!(" {constant} = {number}");
+        assert!(header.contains(&expected), "the header lacks:{expected}");
+        count += 1;
+    }
+    assert_eq!(count, header.matches(" VARSAC_REFUSED_").count());
+}
+
+#[test]
+fn every_field_that_the_core_can_object_to_has_its_name_in_c() {
+    let names = std::fs::read_to_string(capi().join("src/text.rs")).unwrap();
+    let header = std::fs::read_to_string(capi().join("include/varsac.h")).unwrap();
+    let mut count = 0;
+    for file in ["config.rs", "accept.rs"] {
+        let source = std::fs::read_to_string(workspace().join("core/src").join(file)).unwrap();
+        for name in source.split('"').filter(|text| text.starts_with("map.")) {
+            assert!(names.contains(&format!("c\"{name}\"")), "text.rs lacks {name}");
+            let field = name.rsplit('.').next().unwrap();
+            assert!(header.contains(&format!(" {field}")), "the header lacks {field} of {name}");
+            count += 1;
+        }
+    }
+    assert!(count > 20, "{count}");
 }
 
 #[test]

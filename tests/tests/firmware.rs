@@ -4,15 +4,17 @@
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use varsac_core::link::payload::Ending;
+use varsac_core::link::payload::{Ending, OUTLINE_CAPACITY};
 use varsac_core::link::{Message, Reason};
-use varsac_core::{Config, Detector, Finish, Point3, Workspace};
+use varsac_core::{Config, Detector, Finish, Point3, RefusalCode, Workspace};
 use varsac_firmware_sim::app::{Event, Limits};
 use varsac_firmware_sim::board::{BOARDS, Board, by_name};
 use varsac_firmware_sim::native::{Native, limits};
-use varsac_firmware_sim::scene::{self, SCENE_POINTS};
+use varsac_firmware_sim::scene::{self, Digested, SCENE_POINTS};
+use varsac_firmware_sim::view::{self, Canvas};
+use varsac_host::region_view::RegionView;
 use varsac_host::simulate::client::ClientError;
-use varsac_host::simulate::expected::demo_cloud;
+use varsac_host::simulate::expected::{demo_cloud, demo_view};
 use varsac_host::simulate::firmware::{Program, build};
 use varsac_host::simulate::transport::Thread;
 use varsac_host::simulate::{Carrier, Client, Emulator, Job, Outcome, Transport, compare, emulator};
@@ -26,18 +28,18 @@ fn native(limits: Limits) -> Client<Thread> {
     Client::new(Thread(Native::start(limits, |_| {})))
 }
 
-fn search(client: &mut Client<impl Transport>, config: &Config, cloud: &[Point3], seed: u64) -> Outcome {
-    let job = Job { config, cloud, seed, step_budget: 0 };
+fn search(client: &mut Client<impl Transport>, config: &Config, view: &RegionView, seed: u64) -> Outcome {
+    let job = Job { config, view: view.view(), seed, step_budget: 0 };
     must(client.search(&job, |_| ControlFlow::Continue(())))
 }
 
 /// Searches and compares with the host.
-fn checked(client: &mut Client<impl Transport>, config: &Config, cloud: &[Point3], seed: u64) -> Outcome {
-    let job = Job { config, cloud, seed, step_budget: 0 };
+fn checked(client: &mut Client<impl Transport>, config: &Config, view: &RegionView, seed: u64) -> Outcome {
+    let job = Job { config, view: view.view(), seed, step_budget: 0 };
     let outcome = must(client.search(&job, |_| ControlFlow::Continue(())));
     let detector = must(Detector::new(config.clone()));
     if let Some(difference) = must(compare(&detector, &job, &outcome)) {
-        panic!("seed {seed}, {} points: {difference}", cloud.len());
+        panic!("seed {seed}, {} points: {difference}", view.points.len());
     }
     outcome
 }
@@ -57,12 +59,65 @@ fn the_native_co_processor_finds_what_the_core_finds() {
 }
 
 #[test]
+fn the_default_search_goes_over_the_link_with_mask_outline_verdict_and_covariance() {
+    let mut client = native(limits(None));
+    let (mut accepted, mut refused, mut shared) = (0, 0, 0);
+    for number in 0..40 {
+        let view = demo_view(number);
+        let outcome = checked(&mut client, &view::config(number), &view, number);
+        assert!(matches!(outcome.report.ending, Ending::Complete(_)));
+        for target in &outcome.targets {
+            assert!(target.findings.is_some());
+            match target.refusal {
+                None => {
+                    accepted += 1;
+                    let sigma = target.covariance.expect("how sure").sigma_centre_max_mm();
+                    assert!(sigma > 0.0 && sigma < 1.8, "{sigma}");
+                }
+                Some(refusal) => {
+                    refused += 1;
+                    shared += u32::from(refusal.code == RefusalCode::SharedVolume);
+                }
+            }
+        }
+    }
+    println!("40 views: {accepted} accepted, {refused} refused ({shared} for shared volume)");
+    assert!(accepted >= 35 && refused > 0, "{accepted} accepted, {refused} refused: the views prove nothing");
+
+    // The outline and the mask matter: without them other bits come out.
+    let (view, config) = (demo_view(0), view::config(0));
+    let with = checked(&mut client, &config, &view, 0).targets;
+    let without = RegionView { outline: Vec::new(), ..view.clone() };
+    assert_ne!(with, checked(&mut client, &config, &without, 0).targets);
+    let all_in_mask = RegionView { in_mask: view.points.len(), ..view };
+    assert_ne!(with, checked(&mut client, &config, &all_in_mask, 0).targets);
+}
+
+#[test]
+fn too_many_outline_rays_are_refused_and_the_session_goes_on() {
+    let mut client = native(limits(None));
+    let (mut view, config) = (demo_view(0), view::config(0));
+    let kept = view.outline.clone();
+    while view.outline.len() <= OUTLINE_CAPACITY {
+        view.outline.extend_from_slice(&kept);
+    }
+    let job = Job { config: &config, view: view.view(), seed: 1, step_budget: 0 };
+    match client.search(&job, |_| ControlFlow::Continue(())) {
+        Err(ClientError::Refused(nack)) => assert_eq!(nack, Reason::Capacity.nack(OUTLINE_CAPACITY as u32)),
+        other => panic!("{other:?}"),
+    }
+    view.outline.truncate(OUTLINE_CAPACITY);
+    let outcome = checked(&mut client, &config, &view, 1);
+    assert_eq!((outcome.sessions, outcome.welcome.outline_capacity), (0, OUTLINE_CAPACITY as u16));
+}
+
+#[test]
 fn the_limits_of_a_board_hold_natively_too() {
     let m3 = by_name("m3").unwrap();
     let mut client = native(limits(Some(m3)));
     let too_large = demo_cloud(1, usize::from(m3.capacity) + 1);
     let config = Config::jujube().paper();
-    let job = Job { config: &config, cloud: &too_large, seed: 1, step_budget: 0 };
+    let job = Job { config: &config, view: too_large.view(), seed: 1, step_budget: 0 };
     match client.search(&job, |_| ControlFlow::Continue(())) {
         Err(ClientError::Refused(nack)) => assert_eq!(nack, Reason::Capacity.nack(u32::from(m3.capacity))),
         other => panic!("{other:?}"),
@@ -90,7 +145,7 @@ fn a_search_can_be_ended_by_budget_and_by_the_first_target() {
     let cloud = demo_cloud(2, 300);
     let all = checked(&mut client, &config, &cloud, 2);
     assert!(all.targets.len() > 1);
-    let job = Job { config: &config, cloud: &cloud, seed: 2, step_budget: 3 };
+    let job = Job { config: &config, view: cloud.view(), seed: 2, step_budget: 3 };
     let cut = must(client.search(&job, |_| ControlFlow::Continue(())));
     assert_eq!((cut.report.ending, cut.report.steps), (Ending::BudgetSpent, 3));
     let first = must(client.search(&Job { step_budget: 0, ..job }, |_| ControlFlow::Break(())));
@@ -104,8 +159,8 @@ fn clouds_that_are_no_clouds_are_refused_with_the_reason() {
     let mut client = native(limits(None));
     let config = Config::jujube().paper();
     let mut cloud = demo_cloud(1, 300);
-    cloud[117].y = f32::NAN;
-    let job = Job { config: &config, cloud: &cloud, seed: 1, step_budget: 0 };
+    cloud.points[117].y = f32::NAN;
+    let job = Job { config: &config, view: cloud.view(), seed: 1, step_budget: 0 };
     match client.search(&job, |_| ControlFlow::Continue(())) {
         Err(ClientError::Refused(nack)) => assert_eq!(nack, Reason::Coordinate.nack(117)),
         other => panic!("{other:?}"),
@@ -115,7 +170,7 @@ fn clouds_that_are_no_clouds_are_refused_with_the_reason() {
         Err(ClientError::Refused(nack)) => assert_eq!(nack.reason, Reason::Configuration),
         other => panic!("{other:?}"),
     }
-    let empty = checked(&mut client, &config, &[], 1);
+    let empty = checked(&mut client, &config, &RegionView::default(), 1);
     assert_eq!(empty.report.ending, Ending::Complete(Finish::FewPoints));
 }
 
@@ -204,13 +259,18 @@ fn either_side_of_an_emulated_link_may_be_restarted() {
     let config = Config { max_trials: 50, ..Config::jujube().paper() };
     let cloud = demo_cloud(5, 600);
     let detector = must(Detector::new(config.clone()));
-    let job = Job { config: &config, cloud: &cloud, seed: 5, step_budget: 0 };
+    let job = Job { config: &config, view: cloud.view(), seed: 5, step_budget: 0 };
 
     // The host is killed in mid-transfer: its bytes stop, another takes over on the same line.
     let (emulator, mut first) = board("m4f", Carrier::Uart);
     search(&mut first, &config, &demo_cloud(0, 100), 0);
     let mut wire = [0; 1024];
-    let begin = Message::CloudBegin(varsac_core::link::payload::CloudBegin { points: 600 });
+    let begin = Message::CloudBegin(varsac_core::link::payload::CloudBegin {
+        points: 600,
+        in_mask: 600,
+        outline_rays: 0,
+        pitch_rad: 0.0,
+    });
     let used = begin.encode(7, 1, &mut wire).unwrap();
     let mut line = first.into_transport();
     must(line.write(&wire[..used / 2]));
@@ -246,6 +306,8 @@ fn every_board_answers_over_its_uart_with_the_bits_of_the_host() {
         for number in 0..4 {
             let outcome = checked(&mut client, &scene::config(number), &demo_cloud(number, 120), number);
             assert_eq!((outcome.welcome.board, outcome.welcome.capacity), (entry.number, entry.capacity));
+            let outcome = checked(&mut client, &view::config(number), &demo_view(number), number);
+            assert!(!outcome.targets.is_empty(), "{}: view {number}", entry.name);
         }
     }
 }
@@ -278,7 +340,7 @@ fn the_native_log_tells_the_same_story() {
     drop(client);
     let events: Vec<Event> = events.iter().collect();
     assert!(matches!(events[0], Event::Opened(_)), "{events:?}");
-    assert!(events.contains(&Event::Search { points: 100, seed: 0 }), "{events:?}");
+    assert!(events.contains(&Event::Search { points: 100, outline_rays: 0, seed: 0 }), "{events:?}");
     let done = Event::Done { targets: outcome.targets.len() as u8, steps: outcome.report.steps };
     assert_eq!(events.last(), Some(&done));
 }
@@ -291,47 +353,65 @@ fn a_missing_target_is_said_with_what_to_install() {
     assert!(error.contains("rustup target add thumbv4t-none-eabi"), "{error}");
 }
 
-/// Searches whose digests every board must reproduce.
+/// Searches whose digests every board must reproduce: the paper's, and the default one's.
 const DIGESTS: u64 = 1000;
+const VIEW_DIGESTS: u64 = 100;
 
 #[test]
 fn a_thousand_searches_have_the_same_digest_on_every_board() {
     let mut cloud = [Point3::origin(); SCENE_POINTS];
     let mut workspace = Workspace::new();
-    let mut targets = 0;
-    let expected: Vec<String> = (0..DIGESTS)
-        .map(|number| {
-            let (found, digest) = scene::search_digest(number, &mut cloud, &mut workspace);
-            targets += found;
-            format!("{number} {found} {digest:016x}")
-        })
-        .collect();
+    let paper: Vec<Digested> =
+        (0..DIGESTS).map(|number| scene::search_digest(number, &mut cloud, &mut workspace)).collect();
+    let targets: u32 = paper.iter().map(|found| found.targets).sum();
     assert!(u64::from(targets) > DIGESTS, "only {targets} targets: the scenes prove nothing");
+    same_on_every_board("digests", &paper);
+}
+
+#[test]
+fn a_hundred_default_searches_have_the_same_digest_on_every_board() {
+    let mut canvas = Box::new(Canvas::new());
+    let mut workspace = Workspace::new();
+    let found: Vec<Digested> =
+        (0..VIEW_DIGESTS).map(|number| view::search_digest(number, &mut canvas, &mut workspace)).collect();
+    let accepted: u32 = found.iter().map(|found| found.accepted).sum();
+    let targets: u32 = found.iter().map(|found| found.targets).sum();
+    assert!(u64::from(accepted) * 4 > VIEW_DIGESTS * 3, "only {accepted} accepted: the views prove nothing");
+    assert!(targets > accepted, "nothing was refused: the views prove nothing about refusals");
+    same_on_every_board("views", &found);
+}
+
+/// Has `prove` do the same searches on all boards.
+fn same_on_every_board(searches: &str, expected: &[Digested]) {
+    let targets: u32 = expected.iter().map(|found| found.targets).sum();
+    let expected: Vec<String> =
+        expected.iter().enumerate().map(|(number, found)| format!("{number} {found}")).collect();
     // The emulators run side by side; the M3, which computes floats in software, takes as long as all the others.
     std::thread::scope(|scope| {
         for board in &BOARDS {
             let expected = &expected;
             scope.spawn(move || {
                 let start = Instant::now();
-                let found = must(digests(board));
+                let found = must(digests(board, searches, expected.len()));
                 let lines: Vec<&str> = found.lines().collect();
                 let first = expected.iter().zip(&lines).find(|(here, there)| here != there);
                 assert_eq!(first, None, "{}: host, board", board.name);
                 assert_eq!(lines.len(), expected.len(), "{}", board.name);
                 let seconds = start.elapsed().as_secs_f64();
                 println!(
-                    "{:4} {DIGESTS} searches, {targets} targets, 0 differing ({seconds:.0} s)",
-                    board.name
+                    "{:4} {} searches, {targets} targets, 0 differing ({seconds:.0} s)",
+                    board.name,
+                    expected.len()
                 );
             });
         }
     });
 }
 
-fn digests(board: &Board) -> Result<String, varsac_host::error::InputError> {
+fn digests(board: &Board, searches: &str, count: usize) -> Result<String, varsac_host::error::InputError> {
     let elf = build(board, Program::Prove, None)?;
-    let (text, code) =
-        emulator::run(board, &elf, &["digests", &DIGESTS.to_string()], false, Duration::from_secs(900))?;
+    let arguments = [searches, &count.to_string()];
+    let (text, code) = emulator::run(board, &elf, &arguments, false, Duration::from_secs(900))?;
     assert_eq!(code, 0, "{}: {text}", board.name);
     Ok(text)
 }

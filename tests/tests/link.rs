@@ -3,10 +3,10 @@
 
 use std::fmt::Write as _;
 
-use varsac_core::Point3;
 use varsac_core::link::payload::Hello;
-use varsac_core::link::{CloudSender, FrameReceiver, Incoming, Loss, MAX_WIRE, Message, Session};
+use varsac_core::link::{CloudSender, FrameReceiver, Incoming, Loss, MAX_WIRE, Message, Session, VERSION};
 use varsac_core::rng::Stream;
+use varsac_core::{OutlineRay, Point3, View};
 use varsac_tests::bad_line::{ATTEMPTS, SEED, Step, TIMING, run, target_of};
 
 /// A frame on the wire, and what it says.
@@ -21,14 +21,22 @@ fn random_frames(stream: &mut Stream, count: u16) -> Vec<Sent> {
             Point3::new(stream.below(1000) as f32, stream.below(1000) as f32, 700.0 + stream.below(99) as f32)
         })
         .collect();
+    let outline = outline_of(41);
     (0..count)
         .map(|sequence| {
-            let mut sender = CloudSender::new(&cloud[..=stream.below(80) as usize]);
-            let begin = stream.below(3) == 0;
-            let mut message = sender.next_message().unwrap();
-            if !begin {
-                message = sender.next_message().unwrap();
+            let view = View {
+                cloud: &cloud[..=stream.below(80) as usize],
+                in_mask: 1,
+                outline: &outline[..=stream.below(40) as usize],
+                pitch_rad: 0.003,
+            };
+            let mut sender = CloudSender::new(&view);
+            // Begin, points or outline.
+            let skipped = stream.below(3);
+            for _ in 0..skipped {
+                sender.next_message().unwrap();
             }
+            let message = sender.next_message().unwrap();
             let mut wire = vec![0; MAX_WIRE];
             let used = message.encode(sequence, 0xC0FF_EE00, &mut wire).unwrap();
             wire.truncate(used);
@@ -115,23 +123,34 @@ fn a_million_damaged_frames_and_none_accepted_wrongly() {
     );
 }
 
+fn outline_of(rays: usize) -> Vec<OutlineRay> {
+    (0..rays)
+        .map(|k| OutlineRay {
+            inner: Point3::new(-2.0 * k as f32, k as f32, 790.0),
+            outer_mm: if k % 5 == 0 { f32::INFINITY } else { 900.0 },
+            sigma_rad: 0.001 + k as f32,
+        })
+        .collect()
+}
+
 fn cloud_of(points: usize) -> Vec<Point3> {
     (0..points).map(|k| Point3::new(k as f32, -0.25 * k as f32, 800.0 + (k % 13) as f32)).collect()
 }
 
 #[test]
 fn a_bad_line_delays_the_answer_and_never_changes_it() {
-    let cloud = cloud_of(1000);
-    let expected = target_of(&cloud, SEED);
+    let (cloud, outline) = (cloud_of(1000), outline_of(120));
+    let view = View { cloud: &cloud, in_mask: 900, outline: &outline, pitch_rad: 0.002 };
+    let expected = target_of(&view, SEED);
     let mut table = String::new();
     for per_mille in [0, 10, 50, 150] {
         let (mut ticks, mut attempts) = (0, 0);
         for seed in 0..200 {
-            let outcome = run(&cloud, per_mille, seed, |_| (false, false));
+            let outcome = run(&view, per_mille, seed, |_| (false, false));
             assert_eq!(outcome.step, Step::Done, "faults {per_mille}/1000, seed {seed}");
             assert_eq!(outcome.target, Some(expected), "faults {per_mille}/1000, seed {seed}");
             if per_mille == 0 {
-                assert_eq!((outcome.attempts, outcome.chunks), (1, 13));
+                assert_eq!((outcome.attempts, outcome.chunks), (1, 13 + 3));
             }
             ticks += outcome.ticks;
             attempts += outcome.attempts;
@@ -140,26 +159,27 @@ fn a_bad_line_delays_the_answer_and_never_changes_it() {
         let _ =
             writeln!(table, "{per_mille:4}/1000 of each fault: {} ticks, {sessions} sessions", ticks / 200);
     }
-    println!("1000 points, mean of 200 lines:\n{table}");
+    println!("1000 points and 120 outline rays, mean of 200 lines:\n{table}");
 }
 
 #[test]
 fn killing_either_side_costs_one_new_session() {
-    let cloud = cloud_of(1000);
-    let expected = target_of(&cloud, SEED);
+    let (cloud, outline) = (cloud_of(1000), outline_of(120));
+    let view = View { cloud: &cloud, in_mask: 900, outline: &outline, pitch_rad: 0.002 };
+    let expected = target_of(&view, SEED);
     // Undisturbed this takes about 34 ticks; so every moment of it is hit.
     for moment in 1..34 {
-        let device_dies = run(&cloud, 0, 1, |now| (now == moment, false));
+        let device_dies = run(&view, 0, 1, |now| (now == moment, false));
         assert_eq!((device_dies.step, device_dies.target), (Step::Done, Some(expected)), "tick {moment}");
         assert!(device_dies.attempts <= 2, "tick {moment}: {} sessions", device_dies.attempts);
-        let host_dies = run(&cloud, 0, 1, |now| (false, now == moment));
+        let host_dies = run(&view, 0, 1, |now| (false, now == moment));
         assert_eq!((host_dies.step, host_dies.target), (Step::Done, Some(expected)), "tick {moment}");
         assert_eq!(host_dies.attempts, 1, "the new host needs one session");
     }
     // Both, again and again, on a bad line.
     for seed in 0..200 {
         let outcome =
-            run(&cloud, 50, seed, |now| (now < 3000 && now % 211 == 7, now < 3000 && now % 307 == 5));
+            run(&view, 50, seed, |now| (now < 3000 && now % 211 == 7, now < 3000 && now % 307 == 5));
         assert_eq!((outcome.step, outcome.target), (Step::Done, Some(expected)), "seed {seed}");
     }
 }
@@ -167,7 +187,8 @@ fn killing_either_side_costs_one_new_session() {
 #[test]
 fn a_dead_line_is_reported_after_a_bounded_time() {
     let cloud = cloud_of(100);
-    let outcome = run(&cloud, 1000, 1, |_| (false, false));
+    let view = View::from(&cloud[..]);
+    let outcome = run(&view, 1000, 1, |_| (false, false));
     assert_eq!(outcome.step, Step::GaveUp);
     // Each session waits for seven sendings: 1 + 2 + 4 + 4 * 8 times `resend_after`, and a tick for each.
     assert!(outcome.ticks <= ATTEMPTS * (TIMING.resend_after * 39 + 7), "{}", outcome.ticks);
@@ -177,7 +198,8 @@ fn a_dead_line_is_reported_after_a_bounded_time() {
 fn two_versions_tell_each_other() {
     let mut host = Session::host(TIMING);
     host.open(3, Hello { max_payload: 1000 }).unwrap();
-    let newer = varsac_core::link::frame::Header { version: 2, kind: 0x7F, sequence: 0, session: 3 };
+    let newer =
+        varsac_core::link::frame::Header { version: VERSION + 1, kind: 0x7F, sequence: 0, session: 3 };
     let mut wire = [0; MAX_WIRE];
     let used = varsac_core::link::frame::encode(&newer, &7_u32, &mut wire).unwrap();
     let mut receiver = FrameReceiver::new();
@@ -190,5 +212,5 @@ fn two_versions_tell_each_other() {
             };
         }
     }
-    assert_eq!(found, Incoming::Lost(Loss::Version(2)));
+    assert_eq!(found, Incoming::Lost(Loss::Version(VERSION + 1)));
 }

@@ -2,12 +2,12 @@
 
 use core::mem::{MaybeUninit, align_of, size_of};
 
-use varsac_core::{CloudError, Config, Detections, Detector, Point3, Scratch, Step};
+use varsac_core::{CloudError, Config, Detections, Detector, Scratch, Step, View};
 
-use crate::types::{CConfig, CDetection, CPoint, CWorkspace, Status};
+use crate::types::{CConfig, CDetection, CView, CWorkspace, Status};
 
 /// `VARSAC_SEARCH_WORDS` of the header: room for a search on 32- and 64-bit machines, and some to grow.
-const SEARCH_WORDS: usize = 80;
+const SEARCH_WORDS: usize = 320;
 
 /// `varsac_search_t`: memory that the caller owns and does not look into.
 #[repr(C)]
@@ -32,11 +32,13 @@ const _: () = assert!(align_of::<Search>() <= align_of::<CSearch>());
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn varsac_config_preset(preset: u32, config: *mut CConfig) -> Status {
     let values = match preset {
-        0 => Config::jujube().paper(),
-        1 => Config::apple().paper(),
+        0 => Config::jujube(),
+        1 => Config::apple(),
         2 => Config::generic(),
         3 => Config::table5(),
         4 => Config::table2(),
+        5 => Config::surface(),
+        6 => Config::unknown(),
         _ => return Status::Argument,
     };
     if config.is_null() {
@@ -50,19 +52,19 @@ pub unsafe extern "C" fn varsac_config_preset(preset: u32, config: *mut CConfig)
 /// Begins a search that is carried on by `varsac_step`.
 ///
 /// # Safety
-/// `search`, `config` and `workspace` are null or lead to one of their kind, `points` to `count` points. Search, points
-/// and workspace stay where they are and untouched until the search is over or given up.
+/// `search`, `config`, `view` and `workspace` are null or lead to one of their kind, the pointers of the view to as many
+/// elements as it says. Search, points, outline rays and workspace stay where they are and untouched until the search is
+/// over or given up.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn varsac_begin(
     search: *mut CSearch,
     config: *const CConfig,
-    points: *const CPoint,
-    count: u32,
+    view: *const CView,
     workspace: *const CWorkspace,
     seed: u64,
 ) -> Status {
     // SAFETY: handed on as it came.
-    match unsafe { begin(search, config, points, count, workspace, seed) } {
+    match unsafe { begin(search, config, view, workspace, seed) } {
         Ok(_) => Status::Ok,
         Err(status) => status,
     }
@@ -87,8 +89,7 @@ pub unsafe extern "C" fn varsac_step(search: *mut CSearch, detection: *mut CDete
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn varsac_detect(
     config: *const CConfig,
-    points: *const CPoint,
-    count: u32,
+    view: *const CView,
     workspace: *const CWorkspace,
     seed: u64,
     detections: *mut CDetection,
@@ -100,7 +101,7 @@ pub unsafe extern "C" fn varsac_detect(
     }
     let mut storage = CSearch { words: [MaybeUninit::uninit(); SEARCH_WORDS] };
     // SAFETY: the storage is on this stack and stays there; the rest is handed on as it came.
-    let run = match unsafe { begin(&raw mut storage, config, points, count, workspace, seed) } {
+    let run = match unsafe { begin(&raw mut storage, config, view, workspace, seed) } {
         Ok(run) => run,
         Err(status) => return status,
     };
@@ -125,26 +126,23 @@ pub unsafe extern "C" fn varsac_detect(
 unsafe fn begin<'a>(
     storage: *mut CSearch,
     config: *const CConfig,
-    points: *const CPoint,
-    count: u32,
+    view: *const CView,
     workspace: *const CWorkspace,
     seed: u64,
 ) -> Result<&'a mut Detections<'static>, Status> {
     // SAFETY: null is refused; the caller answers for the rest.
-    let (config, workspace) = unsafe { (config.as_ref(), workspace.as_ref()) };
-    let (Some(config), Some(workspace)) = (config, workspace) else { return Err(Status::Argument) };
-    if storage.is_null() || (points.is_null() && count > 0) || count > 65_535 {
+    let (config, view, workspace) = unsafe { (config.as_ref(), view.as_ref(), workspace.as_ref()) };
+    let (Some(config), Some(view), Some(workspace)) = (config, view, workspace) else {
+        return Err(Status::Argument);
+    };
+    if storage.is_null() {
         return Err(Status::Argument);
     }
-    let cloud: &'static [Point3] = if count == 0 {
-        &[]
-    } else {
-        // SAFETY: not null; the caller keeps the points in place until the search is over, which is all `'static` is for.
-        unsafe { core::slice::from_raw_parts(points, count as usize) }
-    };
+    // SAFETY: the caller keeps points and rays in place until the search is over, which is all `'static` is for.
+    let view: View<'static> = unsafe { view.view() }?;
     // SAFETY: as above.
     let scratch: Scratch<'static> = unsafe { workspace.scratch() }?;
-    let detector = Detector::new(config.to_config()?)?;
+    let detector = Detector::new(config.to_config().map_err(|_| Status::Configuration)?)?;
     let search = storage.cast::<Search>();
     // SAFETY: size and alignment are asserted above. The reference lives as long as the caller's memory, see above.
     let search: &'static mut Search = unsafe {
@@ -152,9 +150,9 @@ unsafe fn begin<'a>(
         &mut *search
     };
     let detector = &search.detector;
-    let run = detector.detect(cloud, scratch, seed).map_err(|error| match error {
+    let run = detector.detect_view(&view, scratch, seed).map_err(|error| match error {
         CloudError::Coordinate { .. } => Status::Coordinate,
-        CloudError::TooManyPoints { .. } => Status::Capacity,
+        CloudError::TooManyPoints { .. } | CloudError::TooManyRays { .. } => Status::Capacity,
     })?;
     Ok(search.run.insert(run))
 }

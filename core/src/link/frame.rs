@@ -15,7 +15,7 @@ use postcard::ser_flavors::{Flavor, Size};
 use serde::Serialize;
 
 /// Version of the message types and payloads. Any change of either raises it.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 /// Bytes before the payload.
 pub const HEADER: usize = 10;
 /// Bytes after it.
@@ -177,7 +177,7 @@ mod tests {
         assert_eq!(wire[used - 1], 0);
         assert!(!wire[1..used - 1].contains(&0));
         let content = &content[..report.frame_size()];
-        assert_eq!(content[..12], [1, 0x15, 0x34, 0x12, 0xEF, 0xBE, 0xAD, 0xDE, 2, 0, 7, 0]);
+        assert_eq!(content[..12], [VERSION, 0x15, 0x34, 0x12, 0xEF, 0xBE, 0xAD, 0xDE, 2, 0, 7, 0]);
         assert_eq!(content[12..], CRC.checksum(&content[..12]).to_le_bytes());
         // The check value of the CRC catalogue.
         assert_eq!(CRC.checksum(b"123456789"), 0xCBF4_3926);

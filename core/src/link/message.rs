@@ -3,17 +3,16 @@
 //! A message is a type number in the frame's header and a postcard payload (see [`super::payload`]). Every message is
 //! answered by one [`Answer`]: taken, or not taken and why.
 
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::frame::{self, Header, TooLong};
 use super::payload::{
-    CHUNK_POINTS, CloudBegin, CloudChunk, CloudEnd, Fault, Hello, POINT_BYTES, Report, Search, Target,
-    Welcome,
+    CHUNK_BYTES, CloudBegin, CloudChunk, CloudEnd, Fault, Hello, OutlineChunk, POINT_BYTES, RAY_BYTES,
+    Report, Search, Target, Welcome,
 };
 use crate::Config;
 
-/// Type numbers, fixed for [`frame::VERSION`] 1.
+/// Type numbers, fixed for [`frame::VERSION`] 2.
 pub mod kind {
     /// Host opens a session.
     pub const HELLO: u8 = 0x01;
@@ -27,6 +26,8 @@ pub mod kind {
     pub const CLOUD_CHUNK: u8 = 0x12;
     /// The cloud is complete.
     pub const CLOUD_END: u8 = 0x13;
+    /// Some of its outline rays.
+    pub const OUTLINE_CHUNK: u8 = 0x14;
     /// Host orders a search of the cloud.
     pub const SEARCH: u8 = 0x20;
     /// Host ends the search.
@@ -59,6 +60,8 @@ pub enum Message<'a> {
     CloudBegin(CloudBegin),
     /// See [`CloudChunk`].
     CloudChunk(CloudChunk<'a>),
+    /// See [`OutlineChunk`].
+    OutlineChunk(OutlineChunk<'a>),
     /// See [`CloudEnd`].
     CloudEnd(CloudEnd),
     /// See [`Search`].
@@ -91,7 +94,7 @@ pub enum Reason {
     Order,
     /// The chunk does not continue the cloud. Detail: the offset expected.
     Offset,
-    /// The cloud is larger than the memory. Detail: the capacity in points.
+    /// The cloud is larger than the memory. Detail: the capacity in points, or where the points fit, in outline rays.
     Capacity,
     /// The cloud's checksum is wrong. Detail: the checksum found.
     Checksum,
@@ -130,6 +133,7 @@ impl<'a> Message<'a> {
             Self::Configure(_) => kind::CONFIGURE,
             Self::CloudBegin(_) => kind::CLOUD_BEGIN,
             Self::CloudChunk(_) => kind::CLOUD_CHUNK,
+            Self::OutlineChunk(_) => kind::OUTLINE_CHUNK,
             Self::CloudEnd(_) => kind::CLOUD_END,
             Self::Search(_) => kind::SEARCH,
             Self::Abort => kind::ABORT,
@@ -152,6 +156,7 @@ impl<'a> Message<'a> {
             Self::Configure(payload) => frame::encode(&header, payload, wire),
             Self::CloudBegin(payload) => frame::encode(&header, payload, wire),
             Self::CloudChunk(payload) => frame::encode(&header, payload, wire),
+            Self::OutlineChunk(payload) => frame::encode(&header, payload, wire),
             Self::CloudEnd(payload) => frame::encode(&header, payload, wire),
             Self::Search(payload) => frame::encode(&header, payload, wire),
             Self::Abort | Self::Poll => frame::encode(&header, &(), wire),
@@ -167,17 +172,17 @@ impl<'a> Message<'a> {
             kind::HELLO => Self::Hello(exactly(payload)?),
             kind::WELCOME => Self::Welcome(exactly(payload)?),
             kind::CONFIGURE => Self::Configure(exactly(payload)?),
-            kind::CLOUD_BEGIN => Self::CloudBegin(exactly(payload)?),
+            kind::CLOUD_BEGIN => {
+                let begin: CloudBegin = exactly(payload)?;
+                (begin.in_mask <= begin.points).then_some(Self::CloudBegin(begin))?
+            }
             kind::CLOUD_CHUNK => {
-                let (chunk, []) = postcard::take_from_bytes::<CloudChunk<'a>>(payload).ok()? else {
-                    return None;
-                };
-                let whole = chunk.points.len().is_multiple_of(POINT_BYTES);
-                let fits = chunk.points.len() <= CHUNK_POINTS * POINT_BYTES;
-                if !whole || !fits {
-                    return None;
-                }
-                Self::CloudChunk(chunk)
+                let chunk: CloudChunk<'a> = exactly(payload)?;
+                is_chunk(chunk.points, POINT_BYTES).then_some(Self::CloudChunk(chunk))?
+            }
+            kind::OUTLINE_CHUNK => {
+                let chunk: OutlineChunk<'a> = exactly(payload)?;
+                is_chunk(chunk.rays, RAY_BYTES).then_some(Self::OutlineChunk(chunk))?
             }
             kind::CLOUD_END => Self::CloudEnd(exactly(payload)?),
             kind::SEARCH => Self::Search(exactly(payload)?),
@@ -192,25 +197,50 @@ impl<'a> Message<'a> {
 }
 
 /// A payload with nothing behind it.
-pub(super) fn exactly<T: DeserializeOwned>(payload: &[u8]) -> Option<T> {
+pub(super) fn exactly<'a, T: Deserialize<'a>>(payload: &'a [u8]) -> Option<T> {
     match postcard::take_from_bytes(payload) {
         Ok((value, [])) => Some(value),
         _ => None,
     }
 }
 
+/// Whole items, and not more than a chunk holds.
+fn is_chunk(bytes: &[u8], item: usize) -> bool {
+    bytes.len().is_multiple_of(item) && bytes.len() <= CHUNK_BYTES
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::frame::{MAX_PAYLOAD, MAX_WIRE};
-    use super::super::payload::{Ending, REJECTIONS, TargetRefusal};
+    use super::super::payload::{Ending, REJECTIONS};
     use super::super::receiver::FrameReceiver;
     use super::*;
-    use crate::Finish;
+    use crate::{
+        Findings, Finish, Gate, Inflation, MapConfig, Method, Noise, Refusal, RefusalCode, SizePrior,
+        Viewpoint,
+    };
 
-    const POINTS: [u8; CHUNK_POINTS * POINT_BYTES] = [0xFF; CHUNK_POINTS * POINT_BYTES];
+    const FULL: [u8; CHUNK_BYTES] = [0xFF; CHUNK_BYTES];
+
+    const FINDINGS: Findings = Findings {
+        explained: u16::MAX,
+        through: u16::MAX,
+        size_conflict: 1.0,
+        end_on: 0.5,
+        size_sigma: 0.1,
+        rival: 0.5,
+        outline_rays: u16::MAX,
+        outline: 0.5,
+        visible: 0.9,
+        colour: 0.1,
+        sigma_mm: 0.5,
+        flat: 3.0,
+        separation: f32::INFINITY,
+        clutter: 0.1,
+    };
 
     /// One of each, with the values that take the most room.
-    fn largest() -> [Message<'static>; 12] {
+    fn largest() -> [Message<'static>; 13] {
         [
             Message::Hello(Hello { max_payload: u16::MAX }),
             Message::Welcome(Welcome {
@@ -218,22 +248,30 @@ mod tests {
                 board: 255,
                 max_payload: u16::MAX,
                 capacity: u16::MAX,
+                outline_capacity: u16::MAX,
             }),
             Message::Configure(Config {
                 sample_sizes: core::iter::repeat_n(32, crate::MAX_SIZES).collect(),
                 max_trials: u32::MAX,
                 min_inliers: u16::MAX,
+                map: MapConfig { hypotheses: u16::MAX, ..Config::jujube().map },
                 ..Config::jujube()
             }),
-            Message::CloudBegin(CloudBegin { points: u16::MAX }),
-            Message::CloudChunk(CloudChunk { offset: u16::MAX, points: &POINTS }),
+            Message::CloudBegin(CloudBegin {
+                points: u16::MAX,
+                in_mask: u16::MAX,
+                outline_rays: u16::MAX,
+                pitch_rad: 0.01,
+            }),
+            Message::CloudChunk(CloudChunk { offset: u16::MAX, points: &FULL }),
+            Message::OutlineChunk(OutlineChunk { offset: u16::MAX, rays: &FULL }),
             Message::CloudEnd(CloudEnd { checksum: u32::MAX }),
             Message::Search(Search { seed: u64::MAX, step_budget: u32::MAX }),
             Message::Abort,
             Message::Poll,
             Message::Target(Target {
                 target: u8::MAX,
-                refusal: Some(TargetRefusal { code: 255, value: 1.0, limit: -1.0 }),
+                refusal: Some(Refusal { code: RefusalCode::Singular, value: 1.0, limit: -1.0 }),
                 centre_mm: [1.0, -2.0, 700.0],
                 semi_axes_mm: [22.0, 11.0, 11.0],
                 axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
@@ -241,7 +279,8 @@ mod tests {
                 inliers: u32::MAX,
                 candidates: u32::MAX,
                 trials: u32::MAX,
-                covariance: Some([[0.5; 5]; 9]),
+                covariance: exactly(&[0x3E; 180]),
+                findings: Some(FINDINGS),
             }),
             Message::Report(Report {
                 ending: Ending::Complete(Finish::Failures),
@@ -282,6 +321,7 @@ mod tests {
                 Message::Abort | Message::Poll => 0,
                 Message::Hello(m) => postcard::to_slice(m, &mut content).unwrap().len(),
                 Message::CloudChunk(m) => postcard::to_slice(m, &mut content).unwrap().len(),
+                Message::OutlineChunk(m) => postcard::to_slice(m, &mut content).unwrap().len(),
                 Message::Target(m) => postcard::to_slice(m, &mut content).unwrap().len(),
                 Message::Report(m) => postcard::to_slice(m, &mut content).unwrap().len(),
                 _ => continue,
@@ -299,12 +339,30 @@ mod tests {
     }
 
     #[test]
-    fn a_chunk_holds_whole_points_and_not_too_many() {
+    fn a_chunk_holds_whole_items_and_not_too_many() {
         let mut content = [0; MAX_PAYLOAD];
-        let too_many = [0; (CHUNK_POINTS + 1) * POINT_BYTES];
-        for (points, allowed) in [(&POINTS[..24], true), (&POINTS[..23], false), (&too_many[..], false)] {
-            let payload = postcard::to_slice(&CloudChunk { offset: 0, points }, &mut content).unwrap();
-            assert_eq!(Message::decode(kind::CLOUD_CHUNK, payload).is_some(), allowed);
+        for (kind, item) in [(kind::CLOUD_CHUNK, POINT_BYTES), (kind::OUTLINE_CHUNK, RAY_BYTES)] {
+            let too_many = [0; CHUNK_BYTES + RAY_BYTES];
+            let too_many = &too_many[..CHUNK_BYTES + item];
+            for (points, allowed) in [
+                (&FULL[..], true),
+                (&FULL[..2 * item], true),
+                (&FULL[..2 * item - 1], false),
+                (too_many, false),
+            ] {
+                let payload = postcard::to_slice(&CloudChunk { offset: 0, points }, &mut content).unwrap();
+                assert_eq!(Message::decode(kind, payload).is_some(), allowed, "{} bytes", points.len());
+            }
+        }
+    }
+
+    #[test]
+    fn a_mask_is_part_of_its_cloud() {
+        let mut content = [0; 16];
+        for (in_mask, allowed) in [(0, true), (7, true), (8, false)] {
+            let begin = CloudBegin { points: 7, in_mask, outline_rays: 0, pitch_rad: 0.0 };
+            let payload = postcard::to_slice(&begin, &mut content).unwrap();
+            assert_eq!(Message::decode(kind::CLOUD_BEGIN, payload).is_some(), allowed);
         }
     }
 
@@ -312,9 +370,43 @@ mod tests {
     #[test]
     fn the_bytes_of_a_configuration_belong_to_this_version() {
         let mut content = [0; MAX_PAYLOAD];
-        // The printed values of Table 5 do not change.
-        let bytes = postcard::to_slice(&Config::table5(), &mut content).unwrap();
-        let expected = [
+        // The printed values of Table 5 do not change; the numbers of the default search count up.
+        let map = MapConfig {
+            prior: SizePrior {
+                semi_axes_mm: [1.0, 2.0, 3.0],
+                spread: [4.0, 5.0, 6.0],
+                spread_ab: 7.0,
+                spread_bc: 8.0,
+            },
+            boxiness: 9.0,
+            noise: Noise { axial_mm: 10.0, lateral_rad: 11.0 },
+            independence: 12.0,
+            viewpoint: Viewpoint::None,
+            outline_offset_rad: 13.0,
+            hypotheses: 300,
+            hypothesis_steps: 31,
+            kept: 32,
+            refine_steps: 33,
+            final_steps: 34,
+            inflation: Inflation { base: 14.0, per_conflict: 15.0, per_clutter: 16.0 },
+            gate: Gate {
+                min_points: 301,
+                size_conflict: 17.0,
+                size_conflict_end_on: 18.0,
+                size_unknown: 19.0,
+                ambiguous: 20.0,
+                outline: 21.0,
+                visible: 22.0,
+                colour: 23.0,
+                uncertain_mm: 24.0,
+                flat: 25.0,
+                through: 26.0,
+                shared_volume: 27.0,
+            },
+        };
+        let config = Config { method: Method::Varsac, map, ..Config::table5() };
+        let bytes = postcard::to_slice(&config, &mut content).unwrap();
+        let paper = [
             0x33, 0x33, 0x73, 0x3F, // confidence 0.95
             4, 9, 10, 11, 12, // four sample sizes
             0xCD, 0xCC, 0xCC, 0x3D, // shell 0.1
@@ -328,7 +420,21 @@ mod tests {
             16,   // max_targets
             1,    // max_failures
             0,    // constraint a11
+            1,    // method varsac
         ];
-        assert_eq!((frame::VERSION, &*bytes), (1, &expected[..]));
+        let floats = |numbers: core::ops::RangeInclusive<u8>| {
+            numbers.flat_map(|number| f32::from(number).to_le_bytes())
+        };
+        let expected = paper
+            .into_iter()
+            .chain(floats(1..=12)) // prior, boxiness, noise, independence
+            .chain([1]) // viewpoint none
+            .chain(floats(13..=13)) // outline_offset_rad
+            .chain([0xAC, 0x02, 31, 32, 33, 34]) // hypotheses 300, steps, kept, steps
+            .chain(floats(14..=16)) // inflation
+            .chain([0xAD, 0x02]) // min_points 301
+            .chain(floats(17..=27)); // the other limits
+        assert_eq!(frame::VERSION, 2);
+        assert!(bytes.iter().copied().eq(expected), "{bytes:?}");
     }
 }

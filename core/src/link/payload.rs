@@ -4,12 +4,22 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Detection, Finish, Point3};
+use crate::{Covariance, Detection, Findings, Finish, OutlineRay, Point3, Refusal, Status};
 
 /// Points in one [`CloudChunk`] at most: 960 bytes and the lengths before them stay below [`super::MAX_PAYLOAD`].
 pub const CHUNK_POINTS: usize = 80;
 /// Bytes of one point: x, y, z as little-endian `f32`.
 pub const POINT_BYTES: usize = 12;
+/// Rays in one [`OutlineChunk`] at most; as many bytes as a full [`CloudChunk`].
+pub const CHUNK_RAYS: usize = 48;
+/// Bytes of one outline ray: x, y, z of its inner point, depth behind, deviation as little-endian `f32`.
+pub const RAY_BYTES: usize = 20;
+/// Bytes of a full chunk of either kind.
+pub const CHUNK_BYTES: usize = CHUNK_POINTS * POINT_BYTES;
+const _: () = assert!(CHUNK_RAYS * RAY_BYTES == CHUNK_BYTES);
+/// Outline rays a device has room for, 2.5 KiB of them. Thirty-two of a fruit are enough; where a region has more than
+/// this they are to be thinned before they are sent.
+pub const OUTLINE_CAPACITY: usize = 128;
 
 /// Opens a session, whose number the frame's header carries; everything of an earlier session is forgotten.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -29,13 +39,21 @@ pub struct Welcome {
     pub max_payload: u16,
     /// Points a cloud may have.
     pub capacity: u16,
+    /// Outline rays it may come with.
+    pub outline_capacity: u16,
 }
 
 /// Announces a cloud; the device forgets the one it had.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct CloudBegin {
     /// Points that will follow.
     pub points: u16,
+    /// How many of them, from the first, lie in the mask of fruit-coloured pixels; see [`crate::View`].
+    pub in_mask: u16,
+    /// Outline rays that will follow the points.
+    pub outline_rays: u16,
+    /// Angle between neighbouring points, rad; 0: not known.
+    pub pitch_rad: f32,
 }
 
 /// Points of the cloud, in order, without gaps.
@@ -63,10 +81,31 @@ impl<'a> CloudChunk<'a> {
     }
 }
 
+/// Outline rays of the cloud, after its last point, in order, without gaps.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct OutlineChunk<'a> {
+    /// Index of the first of them.
+    pub offset: u16,
+    /// [`RAY_BYTES`] a ray, at most [`CHUNK_RAYS`] rays.
+    #[serde(borrow)]
+    pub rays: &'a [u8],
+}
+
+impl<'a> OutlineChunk<'a> {
+    /// The rays, read where they lie in the frame.
+    pub fn iter(&self) -> impl Iterator<Item = OutlineRay> + use<'a> {
+        self.rays.as_chunks::<RAY_BYTES>().0.iter().map(|bytes| {
+            let mut words = bytes.as_chunks::<4>().0.iter().map(|&word| f32::from_le_bytes(word));
+            let mut next = || words.next().unwrap_or(0.0); // five words, always
+            OutlineRay { inner: Point3::new(next(), next(), next()), outer_mm: next(), sigma_rad: next() }
+        })
+    }
+}
+
 /// Completes the cloud.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CloudEnd {
-    /// CRC-32 (ISO-HDLC) over the bytes of all points in order.
+    /// CRC-32 (ISO-HDLC) over the bytes of all points, then of all outline rays, in order.
     pub checksum: u32,
 }
 
@@ -80,24 +119,14 @@ pub struct Search {
     pub step_budget: u32,
 }
 
-/// Why a target is refused: what was measured and what was allowed.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct TargetRefusal {
-    /// Which test.
-    pub code: u8,
-    /// What it measured.
-    pub value: f32,
-    /// What it allows.
-    pub limit: f32,
-}
-
-/// One fruit, sent as soon as it is found.
+/// One fruit, accepted or refused, sent as soon as it is judged. What a robot needs to reach for it: lengths in
+/// millimetres, angles in radians, the frame that of the cloud.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Target {
     /// 1, 2, ... in the order of detection.
     pub target: u8,
-    /// Why it is refused, if it is.
-    pub refusal: Option<TargetRefusal>,
+    /// Which test it failed, what was measured and what is allowed; none: accepted.
+    pub refusal: Option<Refusal>,
     /// Centre, mm.
     pub centre_mm: [f32; 3],
     /// Semi-axes, longest first, mm.
@@ -112,17 +141,22 @@ pub struct Target {
     pub candidates: u32,
     /// Hypotheses that were tried for it.
     pub trials: u32,
-    /// Lower triangle of the 9x9 covariance by rows, cut into nine runs of five.
-    pub covariance: Option<[[f32; 5]; 9]>,
+    /// How sure: centre, mm; semi-axes, mm; attitude as a rotation vector, rad.
+    pub covariance: Option<Covariance>,
+    /// What the tests of acceptance looked at.
+    pub findings: Option<Findings>,
 }
 
 impl From<&Detection> for Target {
-    /// As it goes over the wire. The paper's search neither refuses nor knows how sure it is: both are none.
+    /// As it goes over the wire.
     fn from(detection: &Detection) -> Self {
         let ellipsoid = &detection.ellipsoid;
         Self {
             target: detection.target,
-            refusal: None,
+            refusal: match detection.status {
+                Status::Accepted => None,
+                Status::Refused(refusal) => Some(refusal),
+            },
             centre_mm: ellipsoid.centre.coords.into(),
             semi_axes_mm: ellipsoid.semi_axes,
             axes: ellipsoid.axes,
@@ -130,7 +164,8 @@ impl From<&Detection> for Target {
             inliers: detection.score.inliers,
             candidates: detection.score.candidates,
             trials: detection.report.trials,
-            covariance: None,
+            covariance: detection.covariance,
+            findings: detection.findings,
         }
     }
 }

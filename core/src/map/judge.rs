@@ -10,7 +10,7 @@ use crate::{
     point::at,
     prior::SizePrior,
     refine::{Estimate, Evidence, Terms},
-    residual::RayModel,
+    residual::{RayModel, Viewpoint, dot},
     size::size_evidence,
     visibility::{Sight, predicted_pixels, sight},
 };
@@ -109,6 +109,7 @@ fn verdict(
         explained: support.explained,
         through: support.through,
         size_conflict: size.conflict,
+        end_on: end_on(&ellipsoid, terms.viewpoint),
         size_sigma: size.sigma,
         rival: fruit.rival,
         outline_rays,
@@ -134,6 +135,19 @@ fn verdict(
         covariance,
         findings: Some(findings),
     })
+}
+
+/// A body counts as elongated when its long semi-axis is this many times the middle one.
+const ELONGATED: f32 = 1.3;
+
+/// See [`Findings::end_on`].
+fn end_on(ellipsoid: &Ellipsoid, viewpoint: Viewpoint) -> f32 {
+    let [a, b, _] = ellipsoid.semi_axes;
+    if viewpoint == Viewpoint::None || a < ELONGATED * b {
+        return 0.0;
+    }
+    let centre = [ellipsoid.centre.x, ellipsoid.centre.y, ellipsoid.centre.z];
+    libm::fabsf(dot(ellipsoid.axes[0], centre)) / libm::sqrtf(dot(centre, centre))
 }
 
 /// Seen on the surface, in the mask or not, over predicted pixels; infinite where the pitch is not known.
@@ -162,6 +176,7 @@ fn separation(found: &[Fruit], turn: u8, ellipsoid: &Ellipsoid) -> f32 {
 }
 
 /// Outline rays that can be the model's, and the mean of `min(|f|, 3)` over them.
+#[inline(never)]
 fn outline_fit(evidence: &Evidence<'_>, best: &Estimate, terms: &Terms) -> (u16, f32) {
     let ellipsoid = best.ellipsoid();
     let model = RayModel::new(&ellipsoid, &terms.noise, terms.viewpoint);
@@ -193,6 +208,7 @@ struct PointShape {
 /// Unexplained points count as near within twice the window and `f^2 < 100`.
 const CLUTTER_CUT: f32 = 100.0;
 
+#[inline(never)]
 fn shape_of_points(evidence: &Evidence<'_>, best: &Estimate, terms: &Terms, in_mask: usize) -> PointShape {
     let ellipsoid = best.ellipsoid();
     let model = RayModel::new(&ellipsoid, &terms.noise, terms.viewpoint);

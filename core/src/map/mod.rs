@@ -87,18 +87,36 @@ enum Phase {
     End(Finish),
 }
 
-/// The state of a run.
+/// Room for what one run finds, until all of it is judged: up to [`MAX_FRUIT`] fruit.
 #[derive(Debug, Clone)]
-pub(crate) struct MapRun {
+pub struct Finds(Vec<Fruit, MAX_FRUIT>);
+
+impl Finds {
+    /// Nothing yet.
+    pub const fn new() -> Self {
+        Self(Vec::new())
+    }
+}
+
+impl Default for Finds {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The state of a run.
+#[derive(Debug)]
+pub(crate) struct MapRun<'a> {
     phase: Phase,
     failures: u8,
     terms: Terms,
     scale: Scale,
-    found: Vec<Fruit, MAX_FRUIT>,
+    found: &'a mut Vec<Fruit, MAX_FRUIT>,
 }
 
-impl MapRun {
-    pub(crate) fn new(config: &Config) -> Self {
+impl<'a> MapRun<'a> {
+    pub(crate) fn new(config: &Config, Finds(found): &'a mut Finds) -> Self {
+        found.clear();
         let map = &config.map;
         let [long, _, short] = map.prior.semi_axes_mm;
         let terms = Terms {
@@ -110,9 +128,11 @@ impl MapRun {
             boxiness: 0.0,
             independence: map.independence,
         };
-        Self { phase: Phase::Begin, failures: 0, terms, scale: Scale { long, short }, found: Vec::new() }
+        Self { phase: Phase::Begin, failures: 0, terms, scale: Scale { long, short }, found }
     }
 
+    // A frame of its own: the paper's search must not pay for it on the stack.
+    #[inline(never)]
     pub(crate) fn step(&mut self, field: &mut Field<'_>, observer: &mut impl Observer) -> Step {
         match &mut self.phase {
             Phase::Begin => {
@@ -130,12 +150,12 @@ impl MapRun {
                 Progress::Found(fruit) => self.found(field, fruit),
             },
             Phase::Joint(joint, finish) => {
-                if !joint.step(field, &mut self.found, observer) {
+                if !joint.step(field, self.found, observer) {
                     self.phase = Phase::Judge(Judge::new(), *finish);
                 }
                 Step::Working
             }
-            Phase::Judge(judge, finish) => match judge.step(field, &mut self.found, observer) {
+            Phase::Judge(judge, finish) => match judge.step(field, self.found, observer) {
                 judge::Progress::Working => Step::Working,
                 judge::Progress::Judged(detection) => {
                     observer.detection(&detection);
@@ -167,7 +187,7 @@ impl MapRun {
             self.phase = Phase::Search(MapSearch::new(config, &self.terms, self.scale));
             return;
         };
-        joint::sort_out(field, &mut self.found);
+        joint::sort_out(field, self.found);
         self.phase = Phase::Joint(Joint::new(), finish);
     }
 

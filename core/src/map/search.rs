@@ -190,7 +190,7 @@ impl MapSearch {
             if self.kept.get(position).is_some_and(better) {
                 return;
             }
-            self.kept.remove(position);
+            self.drop_kept(position);
         } else if self.kept.len() >= limit || self.kept.is_full() {
             if self.kept.last().is_some_and(better) {
                 return;
@@ -199,6 +199,15 @@ impl MapSearch {
         }
         let position = self.kept.iter().position(|old| !better(old));
         let _ = self.kept.insert(position.unwrap_or(self.kept.len()), new);
+    }
+
+    /// Takes one out; the others keep their order. (`Vec::remove` would keep a panic.)
+    fn drop_kept(&mut self, position: usize) {
+        let mut at = 0;
+        self.kept.retain(|_| {
+            at += 1;
+            at != position + 1
+        });
     }
 
     /// One step of one candidate; after the last of all the best goes on.
@@ -224,7 +233,7 @@ impl MapSearch {
                 && libm::fabsf(dot(other.estimate.axes[0], moved.axes[0])) > MERGED_AXIS
         });
         if merged {
-            self.kept.remove(usize::from(candidate));
+            self.drop_kept(usize::from(candidate));
             self.doing = Doing::Refine { candidate, steps: 0 };
             return Progress::Working;
         }

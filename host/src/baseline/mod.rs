@@ -11,6 +11,6 @@ pub mod fit;
 pub mod neighbours;
 pub mod normals;
 pub mod ransac;
-mod score;
+pub mod score;
 
 pub use ransac::{BaselineTarget, RansacOptions, ransac};

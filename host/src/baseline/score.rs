@@ -7,7 +7,8 @@ use super::closest::ClosestPoint;
 use crate::eval::{EllipsoidF64, dot, norm, subtract};
 
 /// The distance-and-normal test against one ellipsoid.
-pub(super) struct Score<'a> {
+#[derive(Debug, Clone)]
+pub struct Score<'a> {
     ellipsoid: &'a EllipsoidF64,
     closest: ClosestPoint,
     distance_mm: f64,
@@ -16,7 +17,8 @@ pub(super) struct Score<'a> {
 }
 
 impl<'a> Score<'a> {
-    pub(super) fn new(ellipsoid: &'a EllipsoidF64, distance_mm: f64, normal_cosine: f64) -> Self {
+    /// The test against an ellipsoid: points nearer than `distance_mm` whose normal has a cosine above `normal_cosine`.
+    pub fn new(ellipsoid: &'a EllipsoidF64, distance_mm: f64, normal_cosine: f64) -> Self {
         let semi_axes = ellipsoid.semi_axes_mm;
         Self {
             ellipsoid,
@@ -28,7 +30,7 @@ impl<'a> Score<'a> {
     }
 
     /// Whether a point, with its unit normal (any sign; zero for none), is an inlier.
-    pub(super) fn is_inlier(&self, point: [f64; 3], normal: [f64; 3]) -> bool {
+    pub fn is_inlier(&self, point: [f64; 3], normal: [f64; 3]) -> bool {
         let body = self.ellipsoid.to_body(point);
         // The point lies on the ellipsoid scaled by n. Scaling moves no surface point by less than c |n - 1|, so that
         // is a bound from below on the distance; it settles most outliers without the closest point.

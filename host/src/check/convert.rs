@@ -92,6 +92,7 @@ pub fn reference_map_config(config: &Config) -> reference::MapConfig {
         gate: reference::Gate {
             min_points: map.gate.min_points,
             size_conflict: map.gate.size_conflict,
+            size_conflict_end_on: map.gate.size_conflict_end_on,
             size_unknown: map.gate.size_unknown,
             ambiguous: map.gate.ambiguous,
             outline: map.gate.outline,

@@ -5,8 +5,8 @@ use super::record::{Recorder, Stage};
 use varsac_core::jacobi::{self, Symmetric3};
 use varsac_core::linalg::Symmetric9;
 use varsac_core::{
-    CentralQuadric, Detection, Detector, Ellipsoid, Estimate, Findings, Finish, Method, Noise, Observer,
-    Quadric, Rejection, Score, Scratch, Stage as Phase, Status, Step, Support, VarsacReport,
+    CentralQuadric, Detection, Detector, Ellipsoid, Estimate, Findings, Finds, Finish, Method, Noise,
+    Observer, Quadric, Rejection, Score, Scratch, Stage as Phase, Status, Step, Support, VarsacReport,
 };
 
 /// Runs the core over a case.
@@ -18,7 +18,8 @@ pub(crate) fn run(case: &Case, recorder: &mut Recorder) {
     let n = case.view.points.len().min(65_535);
     let (mut order, mut members, mut labels) = (vec![0; n], vec![0; n], vec![0; n]);
     let view = case.view.view();
-    let scratch = Scratch::new(&mut order, &mut members, &mut labels);
+    let mut finds = Finds::new();
+    let scratch = Scratch::new(&mut order, &mut members, &mut labels, &mut finds);
     let run = detector.detect_view(&view, scratch, case.seed);
     recorder.integers(Stage::Cloud, "accepted", [u32::from(run.is_ok())]);
     let Ok(mut run) = run else { return };
@@ -50,12 +51,12 @@ pub(crate) fn run(case: &Case, recorder: &mut Recorder) {
 pub(crate) fn rejection(reason: usize, method: Method) -> (Stage, &'static str) {
     match (reason, method) {
         (0, _) => (Stage::Draws, "rejected: too few points"),
-        (1, Method::Varsac) => (Stage::Solution, "rejected: degenerate"),
         (1, Method::Map) => (Stage::Hypothesis, "rejected: degenerate"),
+        (1, _) => (Stage::Solution, "rejected: degenerate"),
         (2, _) => (Stage::Invariants, "rejected: no real ellipsoid"),
         (3, _) => (Stage::Size, "rejected: size"),
-        (_, Method::Varsac) => (Stage::Score, "rejected: support"),
         (_, Method::Map) => (Stage::Support, "rejected: support"),
+        (_, _) => (Stage::Score, "rejected: support"),
     }
 }
 
@@ -89,6 +90,7 @@ impl CoreObserver<'_> {
         self.ellipsoid(&detection.ellipsoid);
         let numbers = [
             f.size_conflict,
+            f.end_on,
             f.size_sigma,
             f.rival,
             f.outline,

@@ -4,7 +4,11 @@ use super::cases::Dice;
 use super::scenes;
 use crate::{
     region_view::RegionView,
-    synth::onesided::{self, CLEAN, HARD, OCCLUDED, ORCHARD, Scene, TOUCHING, TOUCHING_LEAVES},
+    synth::onesided::{
+        MaskBias, Scene, Sighting, Subject, boxy_jujube,
+        families::{CLEAN, Family, HARD, OCCLUDED, ORCHARD, TOUCHING, TOUCHING_LEAVES},
+        scaled_jujube,
+    },
 };
 use varsac_core::{Config, Gate, MapConfig, Method, Noise, OutlineRay, Point3, SizePrior, Viewpoint};
 
@@ -44,10 +48,10 @@ pub(super) fn vary(config: &mut Config, dice: &mut Dice) {
 
 /// One fruit, or what is taken for one, behind leaves or not, with its surroundings and outline.
 pub(super) fn one_sided(dice: &mut Dice) -> RegionView {
-    let balls = HARD.decoy("balls", onesided::Subject::Ball(8.0, 30.0));
-    let discs = HARD.decoy("discs", onesided::Subject::Disc);
-    let other = ORCHARD.of("other size", onesided::scaled_jujube(f64::from(dice.between(0.7, 1.3))));
-    let boxy = CLEAN.of("boxy", onesided::boxy_jujube(2.5));
+    let balls = HARD.decoy("balls", Subject::Ball(8.0, 30.0));
+    let discs = HARD.decoy("discs", Subject::Disc);
+    let other = ORCHARD.of("other size", scaled_jujube(f64::from(dice.between(0.7, 1.3))));
+    let boxy = CLEAN.of("boxy", boxy_jujube(2.5));
     let families = [CLEAN, HARD, HARD, OCCLUDED, ORCHARD, ORCHARD, balls, discs, other, boxy];
     rendered(&dice.pick(&families), dice)
 }
@@ -60,15 +64,18 @@ pub(super) fn cluster(dice: &mut Dice, config: &mut Config) -> RegionView {
 }
 
 /// A scene of the family as the core gets to see it: mask, surroundings, outline, pitch.
-fn rendered(family: &onesided::Family, dice: &mut Dice) -> RegionView {
+fn rendered(family: &Family, dice: &mut Dice) -> RegionView {
     let scene = Scene::new(family, dice.word64());
-    let shift = i64::from(dice.below(3)) - 1;
-    let mask = scene.mask_with(dice.pick(&[0, 0, 0, 1, -1]), (shift, 0));
-    let mut view = scene.view(&mask);
+    let shift_px = [i64::from(dice.below(3)) - 1, 0];
+    let Sighting { cloud, in_mask, outline, pitch_rad } =
+        scene.sighting(MaskBias { grow_px: dice.pick(&[0, 0, 0, 1, -1]), shift_px });
     let every = dice.pick(&[1, 3, usize::MAX]);
-    view.outline = view.outline.into_iter().step_by(every).collect();
-    view.pitch_rad *= dice.pick(&[1.0, 1.0, 1.0, 0.0]);
-    view
+    RegionView {
+        points: cloud,
+        in_mask,
+        outline: outline.into_iter().step_by(every).collect(),
+        pitch_rad: pitch_rad * dice.pick(&[1.0, 1.0, 1.0, 0.0]),
+    }
 }
 
 /// A scan from all around: the whole surface of one or two fruit and stray points, and no viewpoint.

@@ -10,7 +10,7 @@ use crate::{
     error::InputError,
     frame::Frame,
     fruit::Fruit,
-    locate::{RegionSource, views_of},
+    locate::{Camera, RegionSource, views_of},
     region_view::{RegionView, ViewOptions},
     segment::preset,
 };
@@ -29,7 +29,9 @@ fn read(path: &Path, recorded: &mut Vec<RecordedView>) -> Result<(), InputError>
     let name = path.display().to_string();
     let views = if path.is_dir() {
         let colour = RegionSource::Colour(preset(Fruit::Jujube.name()));
-        views_of(&name, &Frame::read(path)?, &colour, &ViewOptions::of(&Fruit::Jujube.config()))?
+        let frame = Frame::read(path)?;
+        let options = ViewOptions::of(&Fruit::Jujube.config());
+        views_of(&Camera::of(&frame)?, &name, &frame, &colour, &options)?
     } else {
         vec![RegionView::of_cloud(
             decimate(&Cloud::read(path, None)?.points_mm, ViewOptions::CAPACITY).points,

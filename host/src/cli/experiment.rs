@@ -8,13 +8,14 @@ use super::{Outcome, print};
 use crate::{
     error::InputError,
     experiment::{Context, EXPERIMENTS, Experiment, Finished, find, write},
+    fruit::Fruit,
 };
 
 /// Options of `varsac experiment`.
 #[derive(Debug, Args)]
 pub(super) struct ExperimentArgs {
     /// Which experiment.
-    #[arg(value_parser = names(), hide_possible_values = false)]
+    #[arg(value_parser = names())]
     name: String,
     /// Number of runs; each experiment has its own default, chosen for less than a minute.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
@@ -25,6 +26,18 @@ pub(super) struct ExperimentArgs {
     /// Where to write tables (Markdown, JSON), figures (SVG, PNG) and the report (HTML).
     #[arg(long, value_name = "DIR", default_value = "varsac-experiments")]
     out: PathBuf,
+    /// A frame folder that fig9 and fig10 show beside the rendered one.
+    #[arg(long, value_name = "DIR")]
+    frame: Option<PathBuf>,
+    /// The fruit in that frame.
+    #[arg(long, value_enum, default_value_t = Fruit::Jujube)]
+    fruit: Fruit,
+    /// Mask of one fruit seen from the front, for similarity.
+    #[arg(long, value_name = "MASK.png", requires = "bottom")]
+    front: Option<PathBuf>,
+    /// Mask of the same fruit seen from its bottom, for similarity.
+    #[arg(long, value_name = "MASK.png", requires = "front")]
+    bottom: Option<PathBuf>,
     /// Print JSON and no tables.
     #[arg(long)]
     json: bool,
@@ -51,7 +64,16 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<Outcome, InputError> {
         "all" => EXPERIMENTS.iter().collect(),
         name => find(name).into_iter().collect(),
     };
-    let context = Context { seed: args.seed, seeds: args.seeds, ..Context::default() }.with_progress();
+    let masks = args.front.clone().zip(args.bottom.clone()).map(|(front, bottom)| [front, bottom]);
+    let context = Context {
+        seed: args.seed,
+        seeds: args.seeds,
+        frame: args.frame.clone(),
+        fruit: args.fruit,
+        masks,
+        ..Context::default()
+    }
+    .with_progress();
     let mut finished = Vec::new();
     for experiment in chosen {
         let one = Finished::of(experiment, &context)?;

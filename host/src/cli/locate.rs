@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
-use varsac_core::{Config, Constraint, Gate, SizePrior, Viewpoint};
+use varsac_core::{Config, Constraint, Gate, SizePrior, Viewpoint, mixture::MixtureConfig};
 
 use super::{Outcome, print};
 use crate::{
@@ -219,7 +219,10 @@ fn parse_radius(text: &str) -> Result<f32, String> {
 impl LocateArgs {
     /// The search method asked for.
     pub(super) fn method(&self) -> Method {
-        self.method
+        match self.method {
+            Method::Map if self.fruit == Fruit::None && self.prior.is_none() => Method::Mixture,
+            method => method,
+        }
     }
 
     fn config(&self) -> Config {
@@ -247,8 +250,9 @@ impl LocateArgs {
         config.min_inliers = self.min_inliers.unwrap_or(config.min_inliers);
         config.min_ratio = self.min_ratio.unwrap_or(config.min_ratio);
         config.max_targets = self.max_targets.unwrap_or(config.max_targets);
-        config.method = match self.method {
+        config.method = match self.method() {
             Method::Map => varsac_core::Method::Map,
+            Method::Mixture => varsac_core::Method::Mixture,
             _ => varsac_core::Method::Varsac,
         };
         let map = &mut config.map;
@@ -265,9 +269,9 @@ impl LocateArgs {
         } else if self.prior.is_some() {
             map.gate = Gate::BALANCED.scaled(map.prior.semi_axes_mm[2]);
         }
-        map.viewpoint = match self.viewpoint {
-            ViewpointArg::Origin => Viewpoint::Origin,
-            ViewpointArg::None => Viewpoint::None,
+        (map.viewpoint, config.mixture) = match self.viewpoint {
+            ViewpointArg::Origin => (Viewpoint::Origin, MixtureConfig::VIEW),
+            ViewpointArg::None => (Viewpoint::None, MixtureConfig::SURFACE),
         };
         config
     }
@@ -318,7 +322,7 @@ impl LocateArgs {
             (None, RegionsArg::Instances) => RegionSource::Instances,
         };
         let mut options = Options::new(config, regions, self.seed);
-        options.method = self.method;
+        options.method = self.method();
         options.views.points = PointOptions { flying_span_mm: self.flying_span, ..PointOptions::default() };
         options.views.capacity = self.capacity.unwrap_or(options.views.capacity);
         options.cloud_capacity = self.capacity.unwrap_or(options.cloud_capacity);
@@ -375,8 +379,9 @@ pub(super) fn run_with(args: &LocateArgs, searcher: &mut dyn Searcher) -> Result
     let progress = progress(args.inputs.len());
     let mut outcome = Outcome::NothingFound;
     let mut failed = None;
+    let mut camera = None;
     for path in &args.inputs {
-        match one(args, path, &options, searcher) {
+        match one(args, path, &options, searcher, &mut camera) {
             Ok((text, found)) => {
                 progress.suspend(|| print(&text))?;
                 if found {
@@ -415,14 +420,14 @@ fn one(
     path: &Path,
     options: &Options,
     searcher: &mut dyn Searcher,
+    camera: &mut Option<Camera>,
 ) -> Result<(String, bool), InputError> {
     let input = path.display().to_string();
     let located = if path.is_dir() {
         let frame = Frame::read(path)?;
-        let located = locate_frame_with(searcher, &input, &frame, options)?;
-        if let Some(named) = &args.draw {
-            let camera = Camera::of(&frame)?;
-            picture::of_frame(&frame, &camera, &located, &args.output(named, &located))?;
+        let located = locate_frame_with(searcher, camera, &input, &frame, options)?;
+        if let (Some(named), Some(camera)) = (&args.draw, camera) {
+            picture::of_frame(&frame, camera, &located, &args.output(named, &located))?;
         }
         located
     } else {

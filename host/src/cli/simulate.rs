@@ -60,8 +60,12 @@ fn parse_board(name: &str) -> Result<&'static Board, String> {
 
 /// Runs the command.
 pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, InputError> {
-    if args.locate.method() != Method::Varsac {
-        return Err(InputError::at("--method", "is not one of the co-processor's", "leave it out"));
+    if !matches!(args.locate.method(), Method::Map | Method::Varsac) {
+        return Err(InputError::at(
+            "--method",
+            "is not one of the co-processor's",
+            "leave it out, or give map or varsac",
+        ));
     }
     let (emulated, transport) = connect(args)?;
     let mut co_processor = CoProcessor::new(transport, args.check);

@@ -24,6 +24,26 @@ pub fn quantile(ascending: &[f64], q: f64) -> Option<f64> {
     Some(if share > 0.0 { low + share * (high - low) } else { low })
 }
 
+/// Mean and standard deviation (of the population), summed in order; nothing of nothing.
+pub fn mean_and_deviation(values: &[f64]) -> Option<(f64, f64)> {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let deviation = root_mean_square(values.iter().map(|value| value - mean))?;
+    Some((mean, deviation))
+}
+
+/// The quantile of the standard normal distribution, for 0 < p < 1: where the distribution function reaches `p`, by
+/// bisection of [-40, 40] down to the last bit.
+pub fn normal_quantile(p: f64) -> f64 {
+    let (mut low, mut high) = (-40.0, 40.0);
+    for _ in 0..64 {
+        let middle = f64::midpoint(low, high);
+        let reached = libm::erfc(-middle / std::f64::consts::SQRT_2) / 2.0;
+        if reached < p { low = middle } else { high = middle }
+    }
+    f64::midpoint(low, high)
+}
+
 /// How a set of errors is distributed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Distribution {
@@ -73,6 +93,20 @@ mod tests {
         assert_eq!(quantile(&[5.0], 0.9), Some(5.0));
         assert_eq!(quantile(&[], 0.5), None);
         assert_eq!(quantile(&[1.0, f64::INFINITY], 0.0), Some(1.0));
+    }
+
+    #[test]
+    fn normal_quantiles_are_those_of_the_tables() {
+        for (p, expected) in [(0.5, 0.0), (0.975, 1.959_963_984_540_054), (0.001, -3.090_232_306_167_813)] {
+            assert!((normal_quantile(p) - expected).abs() < 1e-12, "{p}");
+        }
+        assert!((normal_quantile(1e-300) + 37.047_1).abs() < 1e-3);
+    }
+
+    #[test]
+    fn mean_and_deviation_by_hand() {
+        assert_eq!(mean_and_deviation(&[1.0, 3.0, 5.0, 7.0]), Some((4.0, 5.0_f64.sqrt())));
+        assert_eq!(mean_and_deviation(&[]), None);
     }
 
     #[test]

@@ -131,4 +131,13 @@ mod tests {
         let simulated = quantile(&counts, 0.95).unwrap();
         assert!((19.0..=24.0).contains(&simulated), "{simulated}");
     }
+
+    #[test]
+    fn the_table_has_the_known_integers_of_eq_15_and_17() {
+        let report = run(&Context { seeds: Some(2), ..Context::default() }).unwrap();
+        let rows = report.tables[0].to_json()["rows"].clone();
+        let trials = |row: usize, key: &str| rows[row][key].as_u64().unwrap();
+        assert_eq!((trials(0, "inlier_percent"), trials(0, "k_9"), trials(0, "k_12")), (50, 1533, 12270));
+        assert_eq!((trials(3, "inlier_percent"), trials(3, "k_9"), trials(3, "k_9_to_12")), (80, 21, 29));
+    }
 }

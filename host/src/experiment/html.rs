@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Finished, figure::Content, table::escape_html};
+use super::{Finished, table::escape_html};
 use crate::error::InputError;
 
 const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:76rem;margin:2rem auto;padding:0 1rem;color:#222}\
@@ -58,12 +58,6 @@ fn section(text: &mut String, finished: &Finished) -> Result<(), InputError> {
     }
     for figure in &report.figures {
         let svg = figure.to_svg()?;
-        // With a viewBox the browser can scale it; plotters gives one, as does a picture.
-        debug_assert!(
-            svg.contains("viewBox") || matches!(figure.content, Content::Charts(_)),
-            "{}",
-            figure.name
-        );
         let _ = writeln!(
             text,
             "<figure>\n{svg}<figcaption>{}</figcaption>\n</figure>",

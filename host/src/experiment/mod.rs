@@ -8,29 +8,75 @@
 //! seed, and results are gathered in the order of the seeds. Times are the exception; they stand in columns whose key
 //! ends in `_ms` or `_us` (a quotient of times: in `_ratio`) and in no finding and no figure.
 
+#![allow(clippy::unnecessary_wraps, reason = "every experiment has the signature of the registry")]
+
 pub mod figure;
 pub mod html;
 mod on_canvas;
+pub mod onesided;
 mod plot;
 mod scale;
 pub mod table;
 pub mod write;
 
+mod eq20;
+mod families;
+mod fig10;
 mod fig5;
 mod fig6;
+mod fig7;
+mod fig8;
+mod fig9;
+mod frames;
+mod methods;
+mod noprior;
+mod one_sided_noprior;
+mod precision;
+mod sample_sizes;
+mod similarity;
+mod simulated;
+mod solvers;
+mod speed;
+mod surface;
+mod table3;
+mod table4;
+mod table6;
+mod trees;
 
-use std::{path::PathBuf, time::Instant};
+use std::{fmt::Write as _, path::PathBuf, time::Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use crate::error::InputError;
+use crate::{error::InputError, fruit::Fruit};
 use figure::Figure;
 use table::Table;
 
 /// All experiments, in the order of the paper.
-pub const EXPERIMENTS: &[Experiment] = &[fig5::EXPERIMENT, fig6::EXPERIMENT];
+pub const EXPERIMENTS: &[Experiment] = &[
+    similarity::EXPERIMENT,
+    fig5::EXPERIMENT,
+    fig6::EXPERIMENT,
+    eq20::EXPERIMENT,
+    sample_sizes::EXPERIMENT,
+    table3::EXPERIMENT,
+    table4::EXPERIMENT,
+    fig7::EXPERIMENT,
+    fig8::EXPERIMENT,
+    table6::EXPERIMENT,
+    fig9::EXPERIMENT,
+    fig10::EXPERIMENT,
+    precision::EXPERIMENT,
+    speed::EXPERIMENT,
+    onesided::ONE_SIDED,
+    onesided::OUTLINE,
+    onesided::DECOYS,
+    onesided::CALIBRATION,
+    onesided::TOUCHING,
+    surface::EXPERIMENT,
+    one_sided_noprior::EXPERIMENT,
+];
 
 /// One experiment.
 #[derive(Debug, Clone, Copy)]
@@ -57,6 +103,8 @@ pub struct Context {
     pub seeds: Option<u64>,
     /// A frame folder for those experiments that can show a given frame.
     pub frame: Option<PathBuf>,
+    /// The fruit in that frame.
+    pub fruit: Fruit,
     /// Masks of one fruit, from the front and from the bottom, for the similarity of Eq. (1) and (2).
     pub masks: Option<[PathBuf; 2]>,
     /// Counts runs.
@@ -66,14 +114,21 @@ pub struct Context {
 impl Default for Context {
     /// Seed 1, default numbers of runs, no files, silent.
     fn default() -> Self {
-        Self { seed: 1, seeds: None, frame: None, masks: None, progress: ProgressBar::hidden() }
+        Self {
+            seed: 1,
+            seeds: None,
+            frame: None,
+            fruit: Fruit::Jujube,
+            masks: None,
+            progress: ProgressBar::hidden(),
+        }
     }
 }
 
 impl Context {
     /// Shows progress on standard error, if that is a terminal.
     pub fn with_progress(self) -> Self {
-        let style = ProgressStyle::with_template("{msg:<14} [{bar:40}] {pos}/{len}  {eta} left")
+        let style = ProgressStyle::with_template("{msg:<14} [{bar:40}] {pos}/{len} runs")
             .unwrap_or_else(|_| ProgressStyle::default_bar())
             .progress_chars("=> ");
         Self { progress: ProgressBar::new(0).with_style(style), ..self }
@@ -167,17 +222,15 @@ impl Finished {
     pub fn to_markdown(&self) -> String {
         let mut text = format!("# {}\n\n{}\n", self.experiment.name, self.experiment.purpose);
         for finding in &self.report.findings {
-            text.push_str(&format!("\n* {finding}"));
+            let _ = write!(text, "\n* {finding}");
         }
         text.push('\n');
         for table in &self.report.tables {
             text.push('\n');
             text.push_str(&table.to_markdown());
         }
-        text.push_str(&format!(
-            "\nMade by `varsac experiment {} --seed {}`.\n",
-            self.experiment.name, self.seed
-        ));
+        let _ =
+            writeln!(text, "\nMade by `varsac experiment {} --seed {}`.", self.experiment.name, self.seed);
         text
     }
 }

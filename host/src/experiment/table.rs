@@ -109,7 +109,10 @@ impl Table {
         Self { title: title.into(), columns, rows: Vec::new() }
     }
 
-    /// Adds a row; as long as there are columns.
+    /// Adds a row.
+    ///
+    /// # Panics
+    /// When it is not as long as there are columns.
     pub fn push(&mut self, row: Vec<Cell>) {
         assert_eq!(
             row.len(),

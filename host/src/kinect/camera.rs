@@ -157,10 +157,10 @@ impl ColourCamera {
         [-self.colour.shift_m, 0.0, 0.0]
     }
 
-    /// Column at which a colour ray sees depth `z_mm`: the parallax of the baseline added.
-    #[inline]
-    pub fn column(&self, ray: ColourRay, z_mm: f64) -> f64 {
-        (ray.slope + self.colour.shift_m / z_mm) * self.colour.fx + self.colour.cx
+    /// Column at which a colour ray of this slope sees depth `z_mm`: the parallax of the baseline added.
+    #[inline(always)]
+    pub fn column(&self, slope: f64, z_mm: f64) -> f64 {
+        (slope + self.colour.shift_m / z_mm) * self.colour.fx + self.colour.cx
     }
 
     /// The factory parameters under which [`ColourCamera::ray`] and [`ColourCamera::column`] are exactly a pinhole of
@@ -289,7 +289,7 @@ mod tests {
         let (x, y) = vector.ideal;
         assert_near(depth.distort(x, y), vector.raw, tolerance_px);
         let ray = colour.ray(x, y);
-        assert_near((colour.column(ray, vector.z_mm), ray.row), vector.colour, tolerance_px);
+        assert_near((colour.column(ray.slope, vector.z_mm), ray.row), vector.colour, tolerance_px);
         let point = depth.ray(x, y) * vector.z_mm;
         assert_near((point.x, point.y), vector.point_mm, 1e-3);
         let (seen_x, seen_y) = depth.project(&Point3::from(point)).unwrap();
@@ -364,7 +364,7 @@ mod tests {
                 let expected =
                     (focal * (point.x + baseline) / z_mm + centre.0, focal * point.y / z_mm + centre.1);
                 let ray = colour.ray(x, y);
-                assert_near((colour.column(ray, z_mm), ray.row), expected, 1e-9);
+                assert_near((colour.column(ray.slope, z_mm), ray.row), expected, 1e-9);
             }
         }
     }

@@ -5,24 +5,29 @@
 //! different places: a strip beside each near object is seen by the depth camera only. The occlusion filter finds it
 //! by letting each depth pixel claim a patch of the colour image for its depth; a pixel that lies clearly behind the
 //! nearest claim has no colour, and must not take the near object's.
+//!
+//! The patches overlap, and the nearest claim on a colour pixel is a minimum, which can be taken along the columns and
+//! then along the rows: each depth pixel writes its claim into its own row only, and the question "who is nearest here"
+//! looks at the row above and the row below as well. That is a third of the writing, with the same answer.
 
 use nalgebra::Point3;
 
 use super::calibration::FactoryCalibration;
-use super::camera::{
-    COLOUR_HEIGHT, COLOUR_WIDTH, ColourCamera, ColourRay, DEPTH_HEIGHT, DEPTH_WIDTH, DepthCamera,
-};
+use super::camera::{COLOUR_HEIGHT, COLOUR_WIDTH, ColourCamera, DEPTH_HEIGHT, DEPTH_WIDTH, DepthCamera};
 use crate::error::InputError;
 use crate::image::{DepthImage, Image};
+use crate::wide;
 
 /// Columns to either side that a depth pixel claims in the colour image. A depth pixel covers three colour pixels.
 const CLAIM_COLUMNS: usize = 2;
-/// Rows above and below that a depth pixel claims; also the margin of [`RegisteredDepth::colour_depth`].
+/// Rows above and below that a depth pixel claims.
 const CLAIM_ROWS: usize = 1;
+/// Colour pixels in a row of the claims: with margins, so that a patch at the border needs no case of its own.
+const CLAIM_STRIDE: usize = COLOUR_WIDTH + 2 * CLAIM_COLUMNS;
 /// A depth pixel more than this fraction of its depth behind the nearest claim is hidden from the colour camera.
 const HIDDEN_FRACTION: f32 = 0.01;
 
-/// Marks an ideal pixel that no raw pixel sees.
+/// Marks an ideal pixel that no raw pixel sees, and one whose row lies outside the colour image.
 const UNSEEN: u32 = u32::MAX;
 
 /// A depth image on the ideal grid together with its place in the colour image.
@@ -33,9 +38,22 @@ pub struct RegisteredDepth {
     /// Colour position (column, row) of each ideal pixel, pixels with centres at integers and so that rounding yields
     /// a pixel inside the image; nothing without depth, outside the colour image, or hidden from the colour camera.
     pub colour: Image<Option<(f32, f32)>>,
-    /// Nearest depth of each colour pixel, 1920x1082: one extra row above and below the colour image, millimetres,
-    /// infinity = none.
-    pub colour_depth: DepthImage,
+    /// Columns of all ideal pixels, and the nearest depth that a row of each colour pixel was claimed for: kept so that
+    /// the next frame does not have to ask for ten megabytes again.
+    columns: Vec<f32>,
+    claims: Vec<f32>,
+}
+
+impl RegisteredDepth {
+    /// Room for a frame.
+    fn empty() -> Self {
+        Self {
+            depth: Image::filled(DEPTH_WIDTH, DEPTH_HEIGHT, 0.0),
+            colour: Image::filled(DEPTH_WIDTH, DEPTH_HEIGHT, None),
+            columns: vec![0.0; DEPTH_WIDTH * DEPTH_HEIGHT],
+            claims: vec![f32::INFINITY; CLAIM_STRIDE * (COLOUR_HEIGHT + 2 * CLAIM_ROWS)],
+        }
+    }
 }
 
 /// The mapping of one device, with its per-pixel tables: 20 bytes for each of the 217 088 depth pixels.
@@ -45,7 +63,10 @@ pub struct Registration {
     colour_camera: ColourCamera,
     /// Index of the raw pixel of each ideal pixel, or [`UNSEEN`].
     raw_index: Vec<u32>,
-    colour_rays: Vec<ColourRay>,
+    /// Slope of its ray in the colour camera, before parallax.
+    slope: Vec<f64>,
+    /// Its row in the colour image, which depth does not change, and the nearest row of pixels or [`UNSEEN`].
+    row: Vec<(f32, u32)>,
 }
 
 impl Registration {
@@ -54,17 +75,27 @@ impl Registration {
         let depth_camera = DepthCamera::new(calibration.ir);
         let colour_camera = ColourCamera::new(calibration.colour, &calibration.ir);
         let mut raw_index = Vec::with_capacity(DEPTH_WIDTH * DEPTH_HEIGHT);
-        let mut colour_rays = Vec::with_capacity(DEPTH_WIDTH * DEPTH_HEIGHT);
+        let mut slope = Vec::with_capacity(DEPTH_WIDTH * DEPTH_HEIGHT);
+        let mut row = Vec::with_capacity(DEPTH_WIDTH * DEPTH_HEIGHT);
         for y in 0..DEPTH_HEIGHT {
             for x in 0..DEPTH_WIDTH {
                 let (x, y) = (x as f64, y as f64);
                 let (raw_x, raw_y) = depth_camera.distort(x, y);
-                let nearest = index_of_nearest(raw_x, raw_y, DEPTH_WIDTH, DEPTH_HEIGHT);
-                raw_index.push(nearest.map_or(UNSEEN, |index| index as u32));
-                colour_rays.push(colour_camera.ray(x, y));
+                let nearest = nearest_pixel(raw_x, DEPTH_WIDTH).zip(nearest_pixel(raw_y, DEPTH_HEIGHT));
+                raw_index.push(nearest.map_or(UNSEEN, |(x, y)| (y * DEPTH_WIDTH + x) as u32));
+                let ray = colour_camera.ray(x, y);
+                slope.push(ray.slope);
+                let nearest = nearest_pixel(ray.row as f32, COLOUR_HEIGHT);
+                row.push((ray.row as f32, nearest.map_or(UNSEEN, |row| row as u32)));
             }
         }
-        Self { depth_camera, colour_camera, raw_index, colour_rays }
+        Self { depth_camera, colour_camera, raw_index, slope, row }
+    }
+
+    /// Whether these are the tables of that device.
+    pub fn is_of(&self, calibration: &FactoryCalibration) -> bool {
+        self.depth_camera == DepthCamera::new(calibration.ir)
+            && self.colour_camera == ColourCamera::new(calibration.colour, &calibration.ir)
     }
 
     /// The depth camera.
@@ -82,6 +113,21 @@ impl Registration {
     /// # Errors
     /// When the image is not 512x424.
     pub fn register(&self, raw_depth: &DepthImage) -> Result<RegisteredDepth, InputError> {
+        let mut registered = RegisteredDepth::empty();
+        self.register_again(raw_depth, &mut registered)?;
+        Ok(registered)
+    }
+
+    /// [`Self::register`] into the memory of an earlier frame, which saves a third of the time. On an error the earlier
+    /// frame is left as it was.
+    ///
+    /// # Errors
+    /// When the image is not 512x424.
+    pub fn register_again(
+        &self,
+        raw_depth: &DepthImage,
+        registered: &mut RegisteredDepth,
+    ) -> Result<(), InputError> {
         if (raw_depth.width, raw_depth.height) != (DEPTH_WIDTH, DEPTH_HEIGHT) {
             return Err(InputError::at(
                 "raw depth image",
@@ -89,28 +135,37 @@ impl Registration {
                 format!("registration needs the sensor's {DEPTH_WIDTH}x{DEPTH_HEIGHT} pixels"),
             ));
         }
-        let depth = self.undistorted(raw_depth);
-        let mut colour = Image::filled(DEPTH_WIDTH, DEPTH_HEIGHT, None);
-        let mut colour_depth = Image::filled(COLOUR_WIDTH, COLOUR_HEIGHT + 2 * CLAIM_ROWS, f32::INFINITY);
-        for ((&z_mm, &ray), place) in depth.pixels.iter().zip(&self.colour_rays).zip(&mut colour.pixels) {
-            if z_mm > 0.0 {
-                let column = self.colour_camera.column(ray, f64::from(z_mm)) as f32;
-                let row = ray.row as f32;
-                if let Some(index) = colour_index(column, row) {
-                    *place = Some((column, row));
-                    claim(&mut colour_depth, index, z_mm);
+        let RegisteredDepth { depth, colour, columns, claims } = registered;
+        self.undistort(raw_depth, depth);
+        wide::run(
+            #[inline(always)]
+            || {
+                for ((column, &z_mm), &slope) in columns.iter_mut().zip(&depth.pixels).zip(&self.slope) {
+                    *column = self.colour_camera.column(slope, f64::from(z_mm)) as f32;
                 }
-            }
+            },
+        );
+        claims.fill(f32::INFINITY);
+        let places = columns.iter().zip(&self.row).zip(&depth.pixels).zip(&mut colour.pixels);
+        for (((&column, &(row, row_px)), &z_mm), place) in places {
+            // Without depth the column is infinite, which is no pixel.
+            *place = match nearest_pixel(column, COLOUR_WIDTH) {
+                Some(column_px) if row_px != UNSEEN => {
+                    claim(claims, column_px, row_px as usize, z_mm);
+                    Some((column, row))
+                }
+                _ => None,
+            };
         }
-        for (place, &z_mm) in colour.pixels.iter_mut().zip(&depth.pixels) {
-            if let Some(index) = place.and_then(|(column, row)| colour_index(column, row)) {
-                let nearest_mm = colour_depth.pixels[index + CLAIM_ROWS * COLOUR_WIDTH];
+        for ((place, &(_, row_px)), &z_mm) in colour.pixels.iter_mut().zip(&self.row).zip(&depth.pixels) {
+            if let Some(column_px) = place.and_then(|(column, _)| nearest_pixel(column, COLOUR_WIDTH)) {
+                let nearest_mm = nearest_claim(claims, column_px, row_px as usize);
                 if z_mm - nearest_mm > HIDDEN_FRACTION * z_mm {
                     *place = None;
                 }
             }
         }
-        Ok(RegisteredDepth { depth, colour, colour_depth })
+        Ok(())
     }
 
     /// Colour position (column, row) of a point of the depth camera frame, so that it can be drawn on the colour
@@ -118,59 +173,45 @@ impl Registration {
     pub fn project_to_colour(&self, point_mm: &Point3<f64>) -> Option<(f64, f64)> {
         let (x, y) = self.depth_camera.project(point_mm)?;
         let ray = self.colour_camera.ray(x, y);
-        Some((self.colour_camera.column(ray, point_mm.z), ray.row))
+        Some((self.colour_camera.column(ray.slope, point_mm.z), ray.row))
     }
 
-    /// The raw image looked up on the ideal grid, invalid depths as 0.
-    fn undistorted(&self, raw_depth: &DepthImage) -> DepthImage {
-        let pixels = self
-            .raw_index
-            .iter()
-            .map(|&index| match raw_depth.pixels.get(index as usize) {
+    /// Looks the raw image up on the ideal grid, invalid depths as 0.
+    fn undistort(&self, raw_depth: &DepthImage, depth: &mut DepthImage) {
+        for (place, &index) in depth.pixels.iter_mut().zip(&self.raw_index) {
+            *place = match raw_depth.pixels.get(index as usize) {
                 Some(&z_mm) if z_mm > 0.0 && z_mm.is_finite() => z_mm,
                 _ => 0.0,
-            })
-            .collect();
-        DepthImage { width: DEPTH_WIDTH, height: DEPTH_HEIGHT, pixels }
-    }
-}
-
-/// Lowers the colour pixels around `index` (of the image without margin) to `z_mm`.
-#[inline]
-fn claim(colour_depth: &mut DepthImage, index: usize, z_mm: f32) {
-    let (column, top) = (index % COLOUR_WIDTH, index / COLOUR_WIDTH);
-    let first = column.saturating_sub(CLAIM_COLUMNS);
-    let last = (column + CLAIM_COLUMNS).min(COLOUR_WIDTH - 1);
-    // With the margin above the image, row `v` of the image is row `v + CLAIM_ROWS`, so the claim starts at `v`.
-    for row in top..=top + 2 * CLAIM_ROWS {
-        let claimed = &mut colour_depth.pixels[row * COLOUR_WIDTH + first..=row * COLOUR_WIDTH + last];
-        // Nearly all claims are of full width; of known length they take a few instructions.
-        match <&mut [f32; 2 * CLAIM_COLUMNS + 1]>::try_from(&mut *claimed) {
-            Ok(claimed) => lower(claimed, z_mm),
-            Err(_) => lower(claimed, z_mm),
+            };
         }
     }
 }
 
-#[inline(always)]
-fn lower(depths_mm: &mut [f32], z_mm: f32) {
-    for nearest_mm in depths_mm {
+/// Lowers the claims of one row of the patch around a colour pixel to `z_mm`.
+#[inline]
+fn claim(claims: &mut [f32], column: usize, row: usize, z_mm: f32) {
+    // With the margin to the left, the patch begins at the pixel's own column.
+    let first = (row + CLAIM_ROWS) * CLAIM_STRIDE + column;
+    for nearest_mm in &mut claims[first..=first + 2 * CLAIM_COLUMNS] {
         *nearest_mm = if z_mm < *nearest_mm { z_mm } else { *nearest_mm };
     }
 }
 
-/// Index of the colour pixel nearest to a position.
+/// Depth of the nearest claim on a colour pixel, millimetres, infinity = none.
 #[inline]
-fn colour_index(column: f32, row: f32) -> Option<usize> {
-    index_of_nearest(f64::from(column), f64::from(row), COLOUR_WIDTH, COLOUR_HEIGHT)
+fn nearest_claim(claims: &[f32], column: usize, row: usize) -> f32 {
+    // With the margin above the image, the first row that reaches the pixel has the pixel's own number.
+    let rows = row..=row + 2 * CLAIM_ROWS;
+    rows.map(|row| claims[row * CLAIM_STRIDE + column + CLAIM_COLUMNS]).fold(f32::INFINITY, f32::min)
 }
 
-/// Row-major index of the pixel whose centre is nearest; nothing outside the image or for NaN.
+/// The pixel whose centre is nearest to a position along an axis of `length` pixels; nothing outside the image or for
+/// NaN.
 #[inline]
-fn index_of_nearest(x: f64, y: f64, width: usize, height: usize) -> Option<usize> {
-    let (x, y) = (x + 0.5, y + 0.5);
+fn nearest_pixel(position: impl Into<f64>, length: usize) -> Option<usize> {
+    let position = position.into() + 0.5;
     // Not negative inside, so that truncation is floor.
-    (x >= 0.0 && y >= 0.0 && x < width as f64 && y < height as f64).then(|| y as usize * width + x as usize)
+    (position >= 0.0 && position < length as f64).then_some(position as usize)
 }
 
 #[cfg(test)]
@@ -235,22 +276,51 @@ mod tests {
         let registered = registration.register(&raw).unwrap();
         let place = registered.colour.get(256, 206).flatten().unwrap();
         let (column, row) = (place.0.round() as i64, place.1.round() as i64);
-        let claimed = registered.colour_depth.pixels.iter().filter(|z| z.is_finite()).count();
-        assert_eq!(claimed, 15);
-        for dv in -1..=1 {
-            for du in -2..=2 {
-                assert_eq!(registered.colour_depth.get(column + du, row + 1 + dv), Some(863.0));
+        let mut claimed = Vec::new();
+        for v in 0..COLOUR_HEIGHT {
+            for u in 0..COLOUR_WIDTH {
+                let nearest_mm = nearest_claim(&registered.claims, u, v);
+                assert!(nearest_mm == 863.0 || nearest_mm == f32::INFINITY);
+                if nearest_mm.is_finite() {
+                    claimed.push((u as i64 - column, v as i64 - row));
+                }
             }
         }
+        let patch: Vec<_> = (-1..=1).flat_map(|dv| (-2..=2).map(move |du| (du, dv))).collect();
+        assert_eq!(claimed, patch);
     }
 
     #[test]
     fn a_claim_does_not_wrap_around_the_image_border() {
-        let mut colour_depth = Image::filled(COLOUR_WIDTH, COLOUR_HEIGHT + 2, f32::INFINITY);
-        claim(&mut colour_depth, 5 * COLOUR_WIDTH, 700.0);
-        claim(&mut colour_depth, COLOUR_WIDTH * COLOUR_HEIGHT - 1, 800.0);
-        assert_eq!(colour_depth.pixels.iter().filter(|z| z.is_finite()).count(), 9 + 9);
-        assert_eq!(colour_depth.get(COLOUR_WIDTH as i64 - 1, 4), Some(f32::INFINITY));
+        let mut claims = RegisteredDepth::empty().claims;
+        claim(&mut claims, 0, 5, 700.0);
+        claim(&mut claims, COLOUR_WIDTH - 1, COLOUR_HEIGHT - 1, 800.0);
+        let pixels = (0..COLOUR_HEIGHT).flat_map(|v| (0..COLOUR_WIDTH).map(move |u| (u, v)));
+        let claimed: Vec<_> = pixels.filter(|&(u, v)| nearest_claim(&claims, u, v).is_finite()).collect();
+        assert_eq!(claimed.len(), 3 * 3 + 3 * 2);
+        assert!(
+            claimed.iter().all(|&(u, v)| u < 3 && v < 7 || u >= COLOUR_WIDTH - 3 && v >= COLOUR_HEIGHT - 2)
+        );
+    }
+
+    #[test]
+    fn the_memory_of_an_earlier_frame_leaves_no_trace() {
+        let registration = plain();
+        let (mut near, mut far) = (
+            Image::filled(DEPTH_WIDTH, DEPTH_HEIGHT, 1000.0),
+            Image::filled(DEPTH_WIDTH, DEPTH_HEIGHT, 1500.0),
+        );
+        for v in 100..200 {
+            for u in 100..200 {
+                near.set(u, v, 500.0);
+                far.set(u, v + 60, 0.0);
+            }
+        }
+        let mut registered = registration.register(&near).unwrap();
+        registration.register_again(&far, &mut registered).unwrap();
+        assert_eq!(registered, registration.register(&far).unwrap());
+        assert!(registration.register_again(&Image::filled(3, 3, 1.0), &mut registered).is_err());
+        assert_eq!(registered.depth, far);
     }
 
     #[test]

@@ -32,6 +32,8 @@ pub const MAX_CAPACITY: usize = varsac_core::point::MAX_POINTS;
 pub enum Method {
     /// The default: the most probable body of known size, with its uncertainty, accepted or refused.
     Map,
+    /// The most probable ellipsoid of any size: what the default is with `--fruit none`.
+    Mixture,
     /// The paper's: variable sample consensus, counting between two ellipsoids, least squares.
     Varsac,
     /// The paper's baseline: nine points, distance and normal.
@@ -45,6 +47,7 @@ impl Method {
     pub fn name(self) -> &'static str {
         match self {
             Self::Map => "map",
+            Self::Mixture => "mixture",
             Self::Varsac => "varsac",
             Self::Ransac => "ransac",
             Self::Direct => "direct",
@@ -117,6 +120,7 @@ impl Options {
     pub fn new(config: Config, regions: RegionSource, seed: u64) -> Self {
         let method = match config.method {
             varsac_core::Method::Map => Method::Map,
+            varsac_core::Method::Mixture => Method::Mixture,
             varsac_core::Method::Varsac => Method::Varsac,
         };
         let mask_is_exact = !matches!(regions, RegionSource::Colour(_));
@@ -215,6 +219,23 @@ impl Camera {
         }
     }
 
+    /// [`Self::of`] for one frame after another: tables and images of the frame before are used again where the device
+    /// is the same, which halves the work.
+    ///
+    /// # Errors
+    /// As [`Self::of`].
+    pub fn turn_to<'a>(camera: &'a mut Option<Self>, frame: &Frame) -> Result<&'a Self, InputError> {
+        let kept = match (camera.take(), &frame.geometry) {
+            (Some(Self::Kinect(mut pair)), Geometry::Factory(calibration)) if pair.0.is_of(calibration) => {
+                let (registration, registered) = &mut *pair;
+                registration.register_again(&frame.depth_mm, registered)?;
+                Self::Kinect(pair)
+            }
+            _ => Self::of(frame)?,
+        };
+        Ok(camera.insert(kept))
+    }
+
     /// Where the colour image was seen from, millimetres, in the frame of the points.
     pub fn colour_centre_mm(&self) -> [f64; 3] {
         match self {
@@ -237,21 +258,22 @@ impl Camera {
 /// # Errors
 /// A mask that is asked for and missing or of the wrong size, intrinsics that describe no camera, a configuration out of range.
 pub fn locate_frame(input: &str, frame: &Frame, options: &Options) -> Result<Located, InputError> {
-    locate_frame_with(&mut Here, input, frame, options)
+    locate_frame_with(&mut Here, &mut None, input, frame, options)
 }
 
-/// [`locate_frame`], searched by somebody else.
+/// [`locate_frame`], searched by somebody else, with the camera of the frame before, which becomes that of this one.
 ///
 /// # Errors
 /// As [`locate_frame`], and the searcher's.
 pub fn locate_frame_with(
     searcher: &mut dyn Searcher,
+    camera: &mut Option<Camera>,
     input: &str,
     frame: &Frame,
     options: &Options,
 ) -> Result<Located, InputError> {
     let started = Instant::now();
-    let camera = Camera::of(frame)?;
+    let camera = Camera::turn_to(camera, frame)?;
     let view = camera.view(frame);
     let views = region_views(&view, &regions_of(input, frame, &options.regions)?, &options.views)?;
     let stride = crate::region_view::stride(&view);
@@ -265,12 +287,13 @@ pub fn locate_frame_with(
 /// # Errors
 /// As [`locate_frame`].
 pub fn views_of(
+    camera: &Camera,
     input: &str,
     frame: &Frame,
     source: &RegionSource,
     options: &ViewOptions,
 ) -> Result<Vec<RegionView>, InputError> {
-    region_views(&Camera::of(frame)?.view(frame), &regions_of(input, frame, source)?, options)
+    region_views(&camera.view(frame), &regions_of(input, frame, source)?, options)
 }
 
 /// Locates fruit in a cloud.

@@ -48,7 +48,7 @@ pub type Found = (Vec<Target>, Vec<u32>);
 /// What the method may look at: all of the view, or (the paper's methods, which know nothing of surroundings) its region.
 pub fn seen<'a>(view: &'a RegionView, method: Method) -> View<'a> {
     match method {
-        Method::Map => view.view(),
+        Method::Map | Method::Mixture => view.view(),
         _ => View::from(view.points.get(..view.in_mask).unwrap_or(&view.points)),
     }
 }
@@ -57,7 +57,7 @@ fn search_region(view: &RegionView, detector: &Detector, options: &Options) -> R
     let seen = seen(view, options.method);
     let cloud = seen.cloud;
     let (targets, mut labels) = match options.method {
-        Method::Map | Method::Varsac => {
+        Method::Map | Method::Mixture | Method::Varsac => {
             let mut workspace = RegionWorkspace::new(cloud.len());
             let mut run =
                 detector.detect_view(&seen, workspace.scratch(), options.seed).map_err(|error| {

@@ -1,7 +1,8 @@
 //! The mean filter (paper III.B.1, Fig. 9b) fused with the colour gate: one pass over the image, integers only.
 //!
-//! A square window slides over the image. For each column the sum over the window's rows is kept and moved down one
-//! row at a time; a running sum over the window's columns follows. The cost does not depend on the window.
+//! A square window slides over the image. For each column and channel the sum over the window's rows is kept and moved
+//! down one row at a time; the sum over the window's columns is taken anew, by adding shifted rows of column sums. A
+//! running sum would need fewer additions, but each would wait for the one before; these are done 8 to 32 at a time.
 //! The sums go straight into the gate, which needs no division ([`super::hue`]): the result is that of the exact
 //! mean, without the rounding of an 8-bit filtered image. At the border the window is what of it lies in the image.
 //!
@@ -9,6 +10,7 @@
 
 use super::hue::Gate;
 use crate::image::{ColourImage, LabelImage};
+use crate::wide;
 
 /// Largest radius of the window: 11x11 pixels. Up to it sums fit `i16` (121 * 255 < 2^15), of which a processor
 /// handles eight or more at a time.
@@ -22,85 +24,93 @@ pub const FOREGROUND: u8 = 255;
 pub fn gate_of_mean(image: &ColourImage, radius_px: usize, gate: &Gate) -> LabelImage {
     let (width, height) = (image.width, image.height);
     let mut mask = LabelImage::filled(width, height, 0);
-    if width == 0 || height == 0 {
-        return mask;
-    }
-    let radius = radius_px.min(MAX_RADIUS_PX);
-    let within = |position: usize, length: usize| {
-        ((position + radius).min(length - 1) - position.saturating_sub(radius) + 1) as i16
-    };
-    let columns_within: Vec<i16> = (0..width).map(|u| within(u, width)).collect();
-    // Sums over the window's rows; a border of zeros on either side spares the loop over columns its ends.
-    let mut column_sums = vec![[0_i16; 3]; width + 2 * radius + 1];
-    let inner = radius + 1..radius + 1 + width;
-    let mut sums =
-        WindowSums { r: vec![0; width], g: vec![0; width], b: vec![0; width], count: vec![0; width] };
-    let row = |v: usize| &image.pixels[v * width..(v + 1) * width];
-    for v in 0..radius.min(height) {
-        move_down(&mut column_sums[inner.clone()], None, Some(row(v)));
-    }
-    for (v, mask_row) in mask.pixels.chunks_exact_mut(width).enumerate() {
-        let leaving = (v > radius).then(|| row(v - radius - 1));
-        let entering = (v + radius < height).then(|| row(v + radius));
-        move_down(&mut column_sums[inner.clone()], leaving, entering);
-        sums.slide_along(&column_sums, radius);
-        let rows_within = within(v, height);
-        for (count, columns) in sums.count.iter_mut().zip(&columns_within) {
-            *count = columns * rows_within;
-        }
-        sums.gate(gate, mask_row);
+    if width > 0 && height > 0 {
+        wide::run(
+            #[inline(always)]
+            || mark(image, radius_px.min(MAX_RADIUS_PX), gate, &mut mask),
+        );
     }
     mask
 }
 
-/// Moves the window's rows one down: the topmost leaves, one at the bottom enters.
-fn move_down(column_sums: &mut [[i16; 3]], leaving: Option<&[[u8; 3]]>, entering: Option<&[[u8; 3]]>) {
-    let sums = column_sums.as_flattened_mut();
-    if let Some(row) = leaving {
-        for (sum, &value) in sums.iter_mut().zip(row.as_flattened()) {
-            *sum -= i16::from(value);
-        }
+#[inline(always)]
+fn mark(image: &ColourImage, radius: usize, gate: &Gate, mask: &mut LabelImage) {
+    let (width, height) = (image.width, image.height);
+    let within = |position: usize, length: usize| {
+        ((position + radius).min(length - 1) - position.saturating_sub(radius) + 1) as i16
+    };
+    let columns_within: Vec<i16> = (0..width).map(|u| within(u, width)).collect();
+    let mut columns = ColumnSums::new(width, radius);
+    let mut window = [vec![0_i16; width], vec![0_i16; width], vec![0_i16; width]];
+    let row = |v: usize| &image.pixels[v * width..(v + 1) * width];
+    for v in 0..radius.min(height) {
+        columns.enter(row(v));
     }
-    if let Some(row) = entering {
-        for (sum, &value) in sums.iter_mut().zip(row.as_flattened()) {
-            *sum += i16::from(value);
+    for (v, mask_row) in mask.pixels.chunks_exact_mut(width).enumerate() {
+        if v > radius {
+            columns.leave(row(v - radius - 1));
+        }
+        if v + radius < height {
+            columns.enter(row(v + radius));
+        }
+        let [r, g, b] = &mut window;
+        columns.sum_windows([r, g, b]);
+        let rows_within = within(v, height);
+        // Without a branch and list by list, so that it is done for many pixels at a time.
+        let sums = r.iter().zip(&*g).zip(&*b).zip(&columns_within);
+        for (pixel, (((&r, &g), &b), &columns)) in mask_row.iter_mut().zip(sums) {
+            *pixel = if gate.passes(r, g, b, columns * rows_within) { FOREGROUND } else { 0 };
         }
     }
 }
 
-/// Sums over the whole window for each pixel of one row, a list for each channel, and the pixels they are of.
-struct WindowSums {
-    r: Vec<i16>,
-    g: Vec<i16>,
-    b: Vec<i16>,
-    count: Vec<i16>,
+/// Sums over the window's rows for each column: a list for each channel, with `radius` zeros at either end, which spare
+/// the windows at the border their own case.
+struct ColumnSums {
+    channels: [Vec<i16>; 3],
+    radius: usize,
 }
 
-impl WindowSums {
-    /// Slides the window along a row of column sums.
-    fn slide_along(&mut self, column_sums: &[[i16; 3]], radius: usize) {
-        let [mut r, mut g, mut b] = [0_i16; 3];
-        for sum in &column_sums[..=2 * radius] {
-            r += sum[0];
-            g += sum[1];
-            b += sum[2];
-        }
-        let moves = column_sums.iter().zip(&column_sums[2 * radius + 1..]);
-        let places = self.r.iter_mut().zip(&mut self.g).zip(&mut self.b);
-        for (((place_r, place_g), place_b), (leaving, entering)) in places.zip(moves) {
-            // The difference first: the sum of both windows' pixels might not fit.
-            r += entering[0] - leaving[0];
-            g += entering[1] - leaving[1];
-            b += entering[2] - leaving[2];
-            (*place_r, *place_g, *place_b) = (r, g, b);
+impl ColumnSums {
+    fn new(width: usize, radius: usize) -> Self {
+        let zeros = || vec![0; width + 2 * radius];
+        Self { channels: [zeros(), zeros(), zeros()], radius }
+    }
+
+    /// A row of the image enters the window at the bottom.
+    #[inline(always)]
+    fn enter(&mut self, row: &[[u8; 3]]) {
+        self.change(row, |sum, value| sum + value);
+    }
+
+    /// A row of the image leaves it at the top.
+    #[inline(always)]
+    fn leave(&mut self, row: &[[u8; 3]]) {
+        self.change(row, |sum, value| sum - value);
+    }
+
+    #[inline(always)]
+    fn change(&mut self, row: &[[u8; 3]], by: impl Fn(i16, i16) -> i16) {
+        let [r, g, b] = self.channels.each_mut().map(|sums| &mut sums[self.radius..]);
+        // A channel at a time and not as arrays of three, or the compiler takes the pixels one by one.
+        for (((r, g), b), pixel) in r.iter_mut().zip(g).zip(b).zip(row) {
+            *r = by(*r, i16::from(pixel[0]));
+            *g = by(*g, i16::from(pixel[1]));
+            *b = by(*b, i16::from(pixel[2]));
         }
     }
 
-    /// Writes which of them pass. Without a branch and list by list, so that it is done for many pixels at a time.
-    fn gate(&self, gate: &Gate, mask_row: &mut [u8]) {
-        let sums = self.r.iter().zip(&self.g).zip(&self.b).zip(&self.count);
-        for (pixel, (((&r, &g), &b), &count)) in mask_row.iter_mut().zip(sums) {
-            *pixel = if gate.passes(r, g, b, count) { FOREGROUND } else { 0 };
+    /// The sums over the window's columns, for each position of the window.
+    #[inline(always)]
+    fn sum_windows(&self, window: [&mut Vec<i16>; 3]) {
+        for (sums, columns) in window.into_iter().zip(&self.channels) {
+            let width = sums.len();
+            sums.copy_from_slice(&columns[..width]);
+            for shift in 1..=2 * self.radius {
+                for (sum, column) in sums.iter_mut().zip(&columns[shift..]) {
+                    *sum += column;
+                }
+            }
         }
     }
 }

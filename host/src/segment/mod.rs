@@ -2,8 +2,8 @@
 //! connected regions, small ones removed.
 //!
 //! [`filter`] and [`hue`] make a mask in one pass, [`regions`] its connected parts. A mask or an instance image that
-//! comes with the frame can be used instead of the colour. One 1920x1080 frame takes about 15 ms on a PC, one thread
-//! (`cargo run --release -p varsac-host --example segment_speed` prints it).
+//! comes with the frame can be used instead of the colour. `varsac experiment speed` prints what each step of a
+//! 1920x1080 frame takes: 2.5 ms for these two on a PC, one thread.
 //!
 //! The paper gates the hue alone. Fruit whose hue is not theirs alone (a lemon's is that of dry grass) need floors
 //! for saturation and value; the presets say where they depart from the paper.

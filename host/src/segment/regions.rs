@@ -137,15 +137,24 @@ fn for_each_run(image: &LabelImage, mut visit: impl FnMut(u32, u32, u32, u8)) {
     }
     for (row, pixels) in image.pixels.chunks_exact(image.width).enumerate() {
         let mut start = 0;
-        while let Some(skipped) = pixels[start..].iter().position(|&value| value != 0) {
-            start += skipped;
-            let value = pixels[start];
-            let length = pixels[start..].iter().position(|&other| other != value);
-            let end = length.map_or(pixels.len(), |length| start + length);
+        loop {
+            start += equal_pixels(&pixels[start..], 0);
+            let Some(&value) = pixels.get(start) else { break };
+            let end = start + equal_pixels(&pixels[start..], value);
             visit(row as u32, start as u32, end as u32, value);
             start = end;
         }
     }
+}
+
+/// How many pixels from the first on have this value. Most of a mask is background: it is passed by in blocks, without a
+/// question for each pixel.
+fn equal_pixels(pixels: &[u8], value: u8) -> usize {
+    let (blocks, _) = pixels.as_chunks::<32>();
+    let differs =
+        |block: &[u8; 32]| block.iter().fold(0, |differing, &pixel| differing | (pixel ^ value)) != 0;
+    let passed = 32 * blocks.iter().take_while(|block| !differs(block)).count();
+    passed + pixels[passed..].iter().take_while(|&&pixel| pixel == value).count()
 }
 
 /// First pass: all runs in raster order, each with a parent in the same region.

@@ -1,4 +1,4 @@
-//! The host's end of the link: one job at a time, from configuration and cloud to targets and report.
+//! The host's end of the link: one job at a time, from configuration and view to targets and report.
 //!
 //! When the session is lost (the co-processor was restarted, or was silent too long), the client opens a new one and
 //! does the job again from the start; a search is the same bits each time, so nobody can tell from the result.
@@ -14,7 +14,7 @@ use varsac_core::link::{
     CloudSender, FrameReceiver, Incoming, Loss, MAX_PAYLOAD, Message, Reason, SendError, Session, Timing,
     VERSION,
 };
-use varsac_core::{Config, Point3};
+use varsac_core::{Config, View};
 
 use super::transport::Transport;
 
@@ -30,8 +30,8 @@ const SESSIONS: u32 = 10;
 pub struct Job<'a> {
     /// Configuration of the search.
     pub config: &'a Config,
-    /// Camera frame, mm.
-    pub cloud: &'a [Point3],
+    /// Points, mask and outline; camera frame, mm.
+    pub view: View<'a>,
     /// Seed of the random stream.
     pub seed: u64,
     /// Detector steps at most; 0: as many as the co-processor allows.
@@ -93,7 +93,9 @@ fn nack_text(nack: Nack) -> String {
     let detail = nack.detail;
     match nack.reason {
         Reason::Capacity => {
-            format!("its memory holds {detail} points; decimate the cloud or choose a larger board")
+            format!(
+                "its memory holds {detail} of what it was sent, points or outline rays; thin them or choose a larger board"
+            )
         }
         Reason::Coordinate => {
             format!("point {detail} has a coordinate that is not finite or too large; clean the cloud")
@@ -216,7 +218,7 @@ impl<T: Transport> Client<T> {
             self.exchange(&Message::Configure(job.config.clone()))?;
             self.configured = Some(job.config.clone());
         }
-        let mut sender = CloudSender::new(job.cloud);
+        let mut sender = CloudSender::new(&job.view);
         while let Some(message) = sender.next_message() {
             self.exchange(&message)?;
         }

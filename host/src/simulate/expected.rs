@@ -1,11 +1,13 @@
-//! What the core on this machine finds, and whether the co-processor found the same bits.
+//! What the core on this machine finds in the same view, and whether the co-processor found the same bits.
 
 use varsac_core::link::MAX_WIRE;
 use varsac_core::link::Message;
 use varsac_core::link::payload::{Ending, Target};
-use varsac_core::{CloudError, Detector, Point3, Step, Workspace, point::MAX_POINTS};
+use varsac_core::{CloudError, Detector, Point3, Step, View, Workspace, point::MAX_POINTS};
+use varsac_firmware_sim::{scene, view::Canvas};
 
 use super::client::{Job, Outcome};
+use crate::region_view::RegionView;
 
 /// The first thing that differs.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,7 +32,7 @@ impl std::fmt::Display for Difference {
     }
 }
 
-/// Does the job with the core on this machine and compares: targets bit by bit, and for a search that ended by its
+/// Does the job with the core on this machine and compares: targets bit by bit (status, covariance and findings too), and for a search that ended by its
 /// own rule also the ending, the steps and the trials.
 ///
 /// # Errors
@@ -43,7 +45,7 @@ pub fn compare(
     let complete = matches!(outcome.report.ending, Ending::Complete(_));
     let (mut targets, mut steps, mut trials) = (Vec::new(), 0, 0);
     let mut workspace = Box::new(Workspace::<MAX_POINTS>::new());
-    let mut run = detector.detect(job.cloud, workspace.scratch(), job.seed)?;
+    let mut run = detector.detect_view(&job.view, workspace.scratch(), job.seed)?;
     let finish = loop {
         if !complete && steps >= outcome.report.steps {
             break None;
@@ -89,8 +91,15 @@ fn bytes(target: &Target) -> Vec<u8> {
 }
 
 /// A cloud for demonstrations of the co-processor: scene `number` of the firmware package, with `points` points.
-pub fn demo_cloud(number: u64, points: usize) -> Vec<Point3> {
+pub fn demo_cloud(number: u64, points: usize) -> RegionView {
     let mut cloud = vec![Point3::origin(); points];
-    varsac_firmware_sim::scene::scene(number, &mut cloud);
-    cloud
+    scene::scene(number, &mut cloud);
+    RegionView::of_cloud(cloud)
+}
+
+/// View `number` of the firmware package: with mask and outline, for the default search.
+pub fn demo_view(number: u64) -> RegionView {
+    let mut canvas = Box::new(Canvas::new());
+    let View { cloud, in_mask, outline, pitch_rad } = canvas.scene(number);
+    RegionView { points: cloud.to_vec(), in_mask, outline: outline.to_vec(), pitch_rad }
 }

@@ -9,7 +9,7 @@ use super::client::{Client, Job};
 use super::expected::compare;
 use super::transport::Transport;
 use crate::error::InputError;
-use crate::locate::{Found, Options, Searcher, Target, detector, seen};
+use crate::locate::{Found, Options, Refusal, Searcher, Target, detector, seen};
 use crate::region_view::RegionView;
 
 /// A client that searches for [`crate::locate`].
@@ -54,8 +54,8 @@ impl Searcher for CoProcessor {
         let detector = detector(options)?;
         let mut found = Vec::with_capacity(views.len());
         for (k, view) in views.iter().enumerate() {
-            let cloud = seen(view, options.method).cloud;
-            let job = Job { config: detector.config(), cloud, seed: options.seed, step_budget: 0 };
+            let seen = seen(view, options.method);
+            let job = Job { config: detector.config(), view: seen, seed: options.seed, step_budget: 0 };
             let outcome = self.client.search(&job, |_| ControlFlow::Continue(())).map_err(|error| {
                 InputError::at(format!("region {}", k + 1), error.to_string(), "then run the command again")
             })?;
@@ -68,7 +68,8 @@ impl Searcher for CoProcessor {
                 self.differences
                     .extend(difference.map(|difference| format!("region {}: {difference}", k + 1)));
             }
-            let labels = labels(cloud, &outcome.targets, options.config.shell);
+            let mut labels = labels(seen.cloud, &outcome.targets, options.config.shell);
+            labels.resize(view.points.len(), 0);
             found.push((outcome.targets.iter().map(target).collect(), labels));
         }
         Ok(found)
@@ -79,7 +80,11 @@ impl Searcher for CoProcessor {
 fn target(target: &payload::Target) -> Target {
     Target {
         region: 0,
-        refusal: None,
+        refusal: target.refusal.map(|why| Refusal {
+            code: why.code.name(),
+            value: why.value,
+            limit: why.limit,
+        }),
         ellipsoid: Ellipsoid {
             centre: target.centre_mm.into(),
             semi_axes: target.semi_axes_mm,
@@ -87,7 +92,7 @@ fn target(target: &payload::Target) -> Target {
         },
         score: Score { inliers: target.inliers, candidates: target.candidates },
         trials: target.trials,
-        covariance: None,
+        covariance: target.covariance,
     }
 }
 

@@ -21,10 +21,11 @@ mod shade;
 mod shape;
 mod sight;
 pub mod simulation;
+pub mod surface;
 mod tiles;
 
 pub use fruit::FruitKind;
 pub use render::{KinectFrame, KinectRig, RegisteredFrame, TrueFruit, render_depth_patch, render_kinect};
-pub use scene::{Scene, SceneOptions};
+pub use scene::{Daylight, Scene, SceneOptions};
 pub use sensor::SensorOptions;
 pub use simulation::{Simulation, SimulationOptions, simulate};

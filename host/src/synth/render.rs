@@ -200,9 +200,11 @@ fn render_colour(sight: &Sight, backdrop: &Backdrop) -> (ColourImage, LabelImage
     let (scene, (width, height)) = (sight.scene, sight.size);
     let sunlight = Sunlight::new(scene);
     let mut noise = Noise::new(scene.options.seed).apart().apart().apart();
+    let daylight = scene.options.daylight;
+    let exposure = daylight.exposure();
     let look = |u: f64, v: f64| match sight.first(u, v) {
         (ray, Some((body, hit))) => {
-            let sunlit = sunlight.reaches(body, &ray, &hit);
+            let sunlit = daylight.has_sun() && sunlight.reaches(body, &ray, &hit);
             let light = shade(&scene.bodies[usize::from(body)].material, &hit, &ray, sunlit);
             (Patch { body, sunlit }, light)
         }
@@ -218,7 +220,7 @@ fn render_colour(sight: &Sight, backdrop: &Backdrop) -> (ColourImage, LabelImage
         } else {
             centre
         };
-        expose(&light, &mut noise)
+        expose(&light.component_mul(&exposure), &mut noise)
     });
     let colour = ColourImage { width, height, pixels: colour.collect() };
     let instance = |patch: &Patch| scene.fruit_of(patch.body).map_or(0, |fruit| fruit + 1);
@@ -259,7 +261,7 @@ fn expose(light: &Light, noise: &mut Noise) -> [u8; 3] {
 mod tests {
     use std::sync::LazyLock;
 
-    use super::super::scene::SceneOptions;
+    use super::super::scene::{Daylight, SceneOptions};
     use super::super::sensor::SensorOptions;
     use super::*;
     use crate::backproject::{PointOptions, View, ViewPoint};
@@ -281,6 +283,7 @@ mod tests {
         occluding_leaf_count: 3,
         withered_share: 0.0,
         far_branch_count: 1,
+        daylight: Daylight::Sun,
         sensor: SensorOptions { noise_scale: 1.0, quantum_mm: 1.0, flying_pixels: true, holes: true },
     };
     const PERFECT: SceneOptions = SceneOptions { sensor: SensorOptions::PERFECT, ..OPTIONS };
@@ -414,5 +417,23 @@ mod tests {
             digest = (digest ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
         }
         assert_eq!(digest, 0x05b7_e86c_b617_b896, "{digest:#018x}");
+    }
+
+    #[test]
+    fn daylight_changes_the_picture_and_not_the_depth() {
+        let frame = |daylight| {
+            let options = SceneOptions { fruit_count: 2, shoot_count: 2, leaf_count: 4, daylight, ..OPTIONS };
+            let camera = Pinhole::new(365.0, 365.0, 159.5, 119.5).unwrap();
+            render_depth_patch(&Scene::new(&options), &camera, 320, 240)
+        };
+        let [sun, overcast, evening] = [Daylight::Sun, Daylight::Overcast, Daylight::Evening].map(frame);
+        assert_eq!(sun.depth, overcast.depth);
+        let mean = |frame: &RegisteredFrame, channel: usize| {
+            let values = frame.colour.pixels.iter().map(|pixel| f64::from(pixel[channel]));
+            values.sum::<f64>() / frame.colour.pixels.len() as f64
+        };
+        assert!(mean(&evening, 1) < mean(&sun, 1));
+        assert!(mean(&evening, 0) / mean(&evening, 2) > mean(&sun, 0) / mean(&sun, 2));
+        assert!(mean(&overcast, 1) > 0.5 * mean(&sun, 1) && overcast.colour != sun.colour);
     }
 }

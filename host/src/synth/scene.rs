@@ -21,6 +21,34 @@ const MAX_COUNT: usize = 500;
 /// Bodies a scene may have beside its fruit: they are numbered by `u16`. What would come later is left out.
 const MAX_BODIES: usize = 65_000;
 
+/// The light of the colour image; the depth camera brings its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Daylight {
+    /// The sun behind the camera, with shadows.
+    #[default]
+    Sun,
+    /// The sky alone, exposed accordingly.
+    Overcast,
+    /// A low sun: dimmer and warmer.
+    Evening,
+}
+
+impl Daylight {
+    /// Whether the sun shines.
+    pub(super) fn has_sun(self) -> bool {
+        self != Self::Overcast
+    }
+
+    /// Factors on linear red, green and blue: exposure and tint.
+    pub(super) fn exposure(self) -> Vector3<f32> {
+        match self {
+            Self::Sun => Vector3::new(1.0, 1.0, 1.0),
+            Self::Overcast => Vector3::new(2.2, 2.3, 2.5),
+            Self::Evening => Vector3::new(0.62, 0.45, 0.28),
+        }
+    }
+}
+
 /// What a scene is made of and how the sensor sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SceneOptions {
@@ -48,6 +76,8 @@ pub struct SceneOptions {
     pub withered_share: f64,
     /// Leafy branches of other trees behind the scene.
     pub far_branch_count: usize,
+    /// The light of the colour image.
+    pub daylight: Daylight,
     /// The depth sensor.
     pub sensor: SensorOptions,
 }
@@ -68,6 +98,7 @@ impl Default for SceneOptions {
             occluding_leaf_count: 5,
             withered_share: 0.02,
             far_branch_count: 4,
+            daylight: Daylight::Sun,
             sensor: SensorOptions::default(),
         }
     }

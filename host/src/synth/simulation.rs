@@ -125,7 +125,7 @@ fn rotation([x, y, z]: [f64; 3]) -> Matrix3<f64> {
 }
 
 /// Half the edges of the bounding box of a centred ellipsoid: along x the largest x is |(R D)^T e_x|.
-fn half_extent(rotation: &Matrix3<f64>, semi_axes: &Vector3<f64>) -> Vector3<f64> {
+pub(super) fn half_extent(rotation: &Matrix3<f64>, semi_axes: &Vector3<f64>) -> Vector3<f64> {
     let stretched = rotation * Matrix3::from_diagonal(semi_axes);
     Vector3::new(stretched.row(0).norm(), stretched.row(1).norm(), stretched.row(2).norm())
 }
@@ -134,7 +134,7 @@ fn half_extent(rotation: &Matrix3<f64>, semi_axes: &Vector3<f64>) -> Vector3<f64
 ///
 /// Stretching the unit sphere by D stretches the area at u in proportion to |D^-1 u|, at most 1 / smallest semi-axis:
 /// a direction is accepted with its share of that.
-fn surface_point(semi_axes: &Vector3<f64>, noise: &mut Noise) -> Vector3<f64> {
+pub(super) fn surface_point(semi_axes: &Vector3<f64>, noise: &mut Noise) -> Vector3<f64> {
     loop {
         let u = noise.direction();
         if noise.uniform() <= u.component_div(semi_axes).norm() * semi_axes.min() {

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use varsac_core::{
-    CloudError, Config, ConfigError, Detector, MAX_TRIALS, Point3, Scratch, Workspace,
+    CloudError, Config, ConfigError, Detector, Finds, MAX_TRIALS, Point3, Scratch, Workspace,
     point::{MAX_COORDINATE, MAX_POINTS},
 };
 use varsac_tests::{body::Body, random::Dice, simulation};
@@ -50,16 +50,17 @@ fn more_points_than_the_workspace_holds_are_refused() {
     );
 
     // Lent buffers: the shortest decides. Without any room an empty cloud still is a cloud.
+    let mut finds = Finds::new();
     for shortest in 0..3 {
         let room = |k: usize| if k == shortest { 9 } else { 40 };
         let (mut order, mut members, mut labels) = (vec![0; room(0)], vec![0; room(1)], vec![0; room(2)]);
-        let scratch = Scratch::new(&mut order, &mut members, &mut labels);
+        let scratch = Scratch::new(&mut order, &mut members, &mut labels, &mut finds);
         let error = detector.detect(&cloud[..10], scratch, 1).map(|_| ()).unwrap_err();
         assert_eq!(error, CloudError::TooManyPoints { count: 10, capacity: 9 });
-        let scratch = Scratch::new(&mut order, &mut members, &mut labels);
+        let scratch = Scratch::new(&mut order, &mut members, &mut labels, &mut finds);
         assert!(detector.detect(&cloud[..9], scratch, 1).is_ok());
     }
-    assert!(detector.detect(&[], Scratch::new(&mut [], &mut [], &mut []), 1).is_ok());
+    assert!(detector.detect(&[], Scratch::new(&mut [], &mut [], &mut [], &mut finds), 1).is_ok());
 }
 
 #[test]
@@ -69,12 +70,13 @@ fn the_largest_cloud_is_searched_and_one_point_more_is_refused() {
     let cloud = simulation::surface(&mut dice, &body, MAX_POINTS + 1, 0.0);
     let room = MAX_POINTS + 100;
     let (mut order, mut members, mut labels) = (vec![0; room], vec![0; room], vec![0; room]);
+    let mut finds = Finds::new();
     for radius in [f32::INFINITY, 30.0] {
         let detector = Detector::new(Config { radius, ..Config::jujube().paper() }).unwrap();
-        let scratch = Scratch::new(&mut order, &mut members, &mut labels);
+        let scratch = Scratch::new(&mut order, &mut members, &mut labels, &mut finds);
         let found = detector.detect(&cloud[1..], scratch, 1).unwrap().next().unwrap();
         assert_eq!(found.score.inliers as usize, MAX_POINTS);
-        let scratch = Scratch::new(&mut order, &mut members, &mut labels);
+        let scratch = Scratch::new(&mut order, &mut members, &mut labels, &mut finds);
         let error = detector.detect(&cloud, scratch, 1).map(|_| ()).unwrap_err();
         assert_eq!(error, CloudError::TooManyPoints { count: 65_536, capacity: 65_535 });
     }

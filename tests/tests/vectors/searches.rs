@@ -2,7 +2,7 @@
 
 use crate::format::{Case, check_file};
 use crate::{points_read, view};
-use varsac_core::{Config, Detector, Scratch};
+use varsac_core::{Config, Detector, Finds, Scratch};
 use varsac_host::check::{self, Options};
 use varsac_reference as reference;
 
@@ -34,7 +34,8 @@ fn whole_searches() {
         let cloud = points_read(case);
         let (mut order, mut members, mut labels) = (vec![0; 60], vec![0; 60], vec![0; 60]);
         let detector = Detector::new(jujube.clone()).expect("a preset");
-        let scratch = Scratch::new(&mut order, &mut members, &mut labels);
+        let mut finds = Finds::new();
+        let scratch = Scratch::new(&mut order, &mut members, &mut labels, &mut finds);
         let mut run = detector.detect(&cloud, scratch, u64::from(case.word("seed"))).expect("a valid cloud");
         let found = run.next().expect("a jujube");
         while run.next().is_some() {}

@@ -6,7 +6,8 @@ use super::*;
 
 const TIMING: Timing = Timing { resend_after: 10, resends: 3 };
 const HELLO: Hello = Hello { max_payload: 1000 };
-const BEGIN: Message<'static> = Message::CloudBegin(CloudBegin { points: 3 });
+const BEGIN: Message<'static> =
+    Message::CloudBegin(CloudBegin { points: 3, in_mask: 2, outline_rays: 1, pitch_rad: 0.5 });
 
 /// Carries what `from` has to say to `to`; messages are taken with `Ok`. Returns the last thing that happened.
 fn carry(from: &mut Session, to: &mut Session, now: u32) -> Option<Incoming<'static>> {

@@ -1,4 +1,4 @@
-//! Instructions of the core's parts, by the SysTick timer under a clock that advances 64 ns an instruction.
+//! Instructions of the core's parts (those of the default search: [`crate::default_counts`]), by the SysTick timer under a clock that advances 64 ns an instruction.
 //!
 //! The timer counts 24 bits down; its wraps are counted by its interrupt (a dozen instructions each, one in ten
 //! million). Reading it costs a few instructions, which are measured first and taken off.
@@ -14,6 +14,7 @@ use varsac_core::fit::fit;
 use varsac_core::tebc::Shell;
 use varsac_core::{Config, Detector, Point3, Step, Workspace};
 use varsac_firmware_sim::scene::{FRUIT_POINTS, SCENE_POINTS, config, one_fruit, scene};
+use varsac_firmware_sim::view::Canvas;
 
 use crate::hardware::stack_high_water;
 use crate::startup::BOARD;
@@ -26,7 +27,7 @@ fn SysTick() {
     WRAPS.store(WRAPS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
 }
 
-fn ticks() -> u64 {
+pub(crate) fn ticks() -> u64 {
     loop {
         let before = WRAPS.load(Ordering::Relaxed);
         let down = SYST::get_current();
@@ -37,26 +38,43 @@ fn ticks() -> u64 {
 }
 
 /// Instructions of `work`, and its result.
-fn counted<T>(overhead: u64, work: impl FnOnce() -> T) -> (u64, T) {
+pub(crate) fn counted<T>(overhead: u64, work: impl FnOnce() -> T) -> (u64, T) {
     let start = ticks();
     let result = black_box(work());
+    (since(start, overhead), result)
+}
+
+/// Instructions since `start`. For results that are too large to be handed through [`counted`].
+pub(crate) fn since(start: u64, overhead: u64) -> u64 {
     let nanoseconds = (ticks() - start) * 1_000_000_000 / u64::from(BOARD.clock_hz);
-    ((nanoseconds / 64).saturating_sub(overhead), result)
+    (nanoseconds / 64).saturating_sub(overhead)
 }
 
 /// Prints one `name value` a line.
-pub(crate) fn print() {
+pub(crate) fn print(canvas: &mut Canvas) {
+    let overhead = start();
+    paper(overhead);
+    crate::default_counts::print(overhead, canvas);
+}
+
+/// Starts the timer; what reading it costs.
+fn start() -> u64 {
     let Some(mut core) = cortex_m::Peripherals::take() else { exit(2) };
     core.SYST.set_clock_source(SystClkSource::Core);
     core.SYST.set_reload(RELOAD);
     core.SYST.clear_current();
     core.SYST.enable_interrupt();
     core.SYST.enable_counter();
+    counted(0, || ()).0
+}
+
+/// The paper's search and its parts.
+#[inline(never)]
+fn paper(overhead: u64) {
     let cloud = cortex_m::singleton!(: [Point3; SCENE_POINTS] = [Point3::new(0.0, 0.0, 0.0); SCENE_POINTS]);
     let workspace = cortex_m::singleton!(: Workspace<SCENE_POINTS> = Workspace::new());
     let (Some(cloud), Some(workspace)) = (cloud, workspace) else { exit(2) };
 
-    let (overhead, ()) = counted(0, || ());
     let fruit = cloud.get_mut(..FRUIT_POINTS).unwrap_or_default();
     one_fruit(fruit);
     let fruit = &*fruit;
@@ -106,23 +124,26 @@ fn search(
     first: bool,
 ) -> Cost {
     let mut cost = Cost::default();
-    let (begin, run) = counted(overhead, || detector.detect(cloud, workspace.scratch(), 1));
-    let Ok(mut run) = run else { exit(3) };
-    cost.instructions = begin;
+    let start = ticks();
+    let Ok(mut run) = detector.detect(cloud, workspace.scratch(), 1) else { exit(3) };
+    cost.instructions = since(start, overhead);
     loop {
-        let (step, outcome) = counted(overhead, || run.step());
+        let start = ticks();
+        let (trials, over) = match run.step() {
+            Step::Working => (None, false),
+            Step::Found(detection) => (Some(detection.report.trials), first),
+            Step::Missed(report) => (Some(report.trials), false),
+            Step::Finished(_) => (Some(0), true),
+        };
+        let step = since(start, overhead);
         cost.instructions += step;
         cost.longest = cost.longest.max(step);
-        match outcome {
-            Step::Working => cost.trial_instructions += step,
-            Step::Found(detection) => {
-                cost.trials += detection.report.trials;
-                if first {
-                    return cost;
-                }
-            }
-            Step::Missed(report) => cost.trials += report.trials,
-            Step::Finished(_) => return cost,
+        match trials {
+            None => cost.trial_instructions += step,
+            Some(trials) => cost.trials += trials,
+        }
+        if over {
+            return cost;
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Measurements on a board, without a link. What to do comes as the emulator's argument:
 //!
-//! * `digests N`: searches scenes 0 to N-1 and prints one digest each, to be compared with the host's;
+//! * `digests N`: searches scenes 0 to N-1 by the paper's search and prints one digest each, to be compared with the host's;
+//! * `views N`: the same for views 0 to N-1 and the default search;
 //! * `counts`: instructions of the core's parts (run with `-icount shift=6`) and the deepest use of the stack;
 //! * `flush-to-zero`: switches it on and goes through start-up, which must refuse it (exit code 103).
 #![cfg_attr(target_os = "none", no_std, no_main)]
@@ -12,6 +13,8 @@ fn main() {
 
 #[cfg(target_os = "none")]
 mod counts;
+#[cfg(target_os = "none")]
+mod default_counts;
 #[cfg(target_os = "none")]
 #[path = "../firmware/hardware.rs"]
 #[allow(dead_code, reason = "the firmware uses the rest")]

@@ -6,19 +6,23 @@ use defmt_semihosting as _;
 use semihosting::experimental::env::args;
 use semihosting::{println, process::exit};
 use varsac_core::{Point3, Workspace};
-use varsac_firmware_sim::scene::{SCENE_POINTS, search_digest};
+use varsac_firmware_sim::scene::{self, SCENE_POINTS};
+use varsac_firmware_sim::view::{self, Canvas, VIEW_POINTS};
 
 use crate::{counts, hardware, startup};
 
 #[entry]
 fn main() -> ! {
+    // Made at compile time: too large to pass over the stack on its way to where it stays.
+    static mut CANVAS: Canvas = Canvas::new();
     startup::check_arithmetic();
     let Ok(arguments) = args::<128>() else { exit(2) };
     // The emulator hands on the first argument too; a program of this name has none.
     let mut words = arguments.filter_map(Result::ok).skip_while(|word| *word == "prove");
     match words.next() {
-        Some("digests") => digests(words.next().and_then(|count| count.parse().ok()).unwrap_or(0)),
-        Some("counts") => counts::print(),
+        Some("digests") => digests(count(words.next())),
+        Some("views") => views(count(words.next()), CANVAS),
+        Some("counts") => counts::print(CANVAS),
         Some("flush-to-zero") => {
             hardware::set_flush_to_zero();
             startup::check_arithmetic();
@@ -28,12 +32,23 @@ fn main() -> ! {
     exit(0)
 }
 
+fn count(word: Option<&str>) -> u64 {
+    word.and_then(|count| count.parse().ok()).unwrap_or(0)
+}
+
 fn digests(count: u64) {
     let cloud = cortex_m::singleton!(: [Point3; SCENE_POINTS] = [Point3::new(0.0, 0.0, 0.0); SCENE_POINTS]);
     let workspace = cortex_m::singleton!(: Workspace<SCENE_POINTS> = Workspace::new());
     let (Some(cloud), Some(workspace)) = (cloud, workspace) else { exit(2) };
     for number in 0..count {
-        let (targets, digest) = search_digest(number, cloud, workspace);
-        println!("{number} {targets} {digest:016x}");
+        println!("{number} {}", scene::search_digest(number, cloud, workspace));
+    }
+}
+
+fn views(count: u64, canvas: &mut Canvas) {
+    let workspace = cortex_m::singleton!(: Workspace<VIEW_POINTS> = Workspace::new());
+    let Some(workspace) = workspace else { exit(2) };
+    for number in 0..count {
+        println!("{number} {}", view::search_digest(number, canvas, workspace));
     }
 }

@@ -10,6 +10,7 @@ pub struct Findings {
     pub explained: u32,
     pub through: u32,
     pub conflict: f32,
+    pub end_on: f32,
     pub size_sigma: f32,
     pub rival: f32,
     pub rays: u32,
@@ -23,11 +24,12 @@ pub struct Findings {
 }
 
 impl Findings {
-    /// M18.12: no finding is NaN.
+    /// M18.13: no finding is NaN.
     pub(crate) fn known(self) -> Self {
         let or = |value: f32, other: f32| if value.is_nan() { other } else { value };
         Self {
             conflict: or(self.conflict, f32::INFINITY),
+            end_on: or(self.end_on, f32::INFINITY),
             size_sigma: or(self.size_sigma, f32::INFINITY),
             rival: or(self.rival, f32::INFINITY),
             outline: or(self.outline, f32::INFINITY),
@@ -84,9 +86,10 @@ pub(crate) fn refusal(f: &Findings, gate: &Gate, has_covariance: bool) -> Option
         return Some(Refusal { code: Code::Singular, value: 0.0, limit: 0.0 });
     }
     let explained = if f.explained == 0 { 1.0 } else { f.explained as f32 };
+    let size_conflict = if f.end_on > 0.85 { gate.size_conflict_end_on } else { gate.size_conflict };
     let mut tests = vec![
         (Code::FewPoints, f.explained as f32, Fails::Below, f32::from(gate.min_points)),
-        (Code::SizeConflict, f.conflict, Fails::Above, gate.size_conflict),
+        (Code::SizeConflict, f.conflict, Fails::Above, size_conflict),
         (Code::SizeUnknown, f.size_sigma, Fails::Above, gate.size_unknown),
         (Code::Ambiguous, f.rival, Fails::Above, gate.ambiguous),
     ];

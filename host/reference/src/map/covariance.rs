@@ -59,7 +59,7 @@ pub(crate) fn covariance(
 pub(crate) fn sigma_mm(covariance: Option<&[f32; 45]>) -> f32 {
     let Some(&[xx, xy, yy, xz, yz, zz, ..]) = covariance else { return f32::INFINITY };
     let largest = ascending(&eigen(&Symmetric { xx, yy, zz, xy, xz, yz })).values[2];
-    if largest > 0.0 { libm::sqrtf(largest) } else { 0.0 }
+    if largest > 0.0 { libm::sqrtf(largest) } else { f32::INFINITY }
 }
 
 #[cfg(test)]
@@ -74,7 +74,7 @@ mod tests {
         covariance[2] = -1.0;
         covariance[5] = -1.0;
         covariance[0] = -1.0;
-        assert_eq!(sigma_mm(Some(&covariance)), 0.0);
+        assert_eq!(sigma_mm(Some(&covariance)), f32::INFINITY);
         assert_eq!(sigma_mm(None), f32::INFINITY);
     }
 }

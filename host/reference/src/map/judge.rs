@@ -13,7 +13,7 @@ use super::prior::{Prior, Terms};
 use super::size_evidence::size_evidence;
 use super::step::step;
 use super::support::support;
-use super::view::{Inflation, MapConfig, View};
+use super::view::{Inflation, MapConfig, View, Viewpoint};
 use crate::ellipsoid::{angles, oriented, quaternion};
 use crate::fault::{self, Fault};
 use crate::jacobi::{ascending, eigen};
@@ -72,6 +72,7 @@ pub(crate) fn judged(
         explained,
         through,
         conflict: size.conflict,
+        end_on: end_on(&sorted, config.viewpoint),
         size_sigma: size.sigma,
         rival: this.rival,
         rays,
@@ -234,6 +235,15 @@ fn visible(e: &Ellipsoid, explained: f32, pitch: f32) -> f32 {
     let f = pitch * m[2];
     let pixels = area / ((f * f) * m[2]);
     explained / pixels
+}
+
+/// M18.12: how nearly the long axis points at the camera.
+fn end_on(e: &Ellipsoid, viewpoint: Viewpoint) -> f32 {
+    let [a, b, _] = e.semi_axes;
+    if viewpoint == Viewpoint::None || a < 1.3 * b {
+        return 0.0;
+    }
+    libm::fabsf(dot(e.axes[0], e.centre)) / libm::sqrtf(dot(e.centre, e.centre))
 }
 
 /// M18.10: the contact function with the nearest of the fruit that count.

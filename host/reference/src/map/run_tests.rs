@@ -26,6 +26,7 @@ fn config() -> MapConfig {
         gate: Gate {
             min_points: 20,
             size_conflict: 10.0,
+            size_conflict_end_on: 10.0,
             size_unknown: 0.5,
             ambiguous: 0.95,
             outline: 1.5,

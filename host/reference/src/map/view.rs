@@ -61,6 +61,7 @@ pub struct Inflation {
 pub struct Gate {
     pub min_points: u16,
     pub size_conflict: f32,
+    pub size_conflict_end_on: f32,
     pub size_unknown: f32,
     pub ambiguous: f32,
     pub outline: f32,

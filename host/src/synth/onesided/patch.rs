@@ -4,52 +4,14 @@
 //! A pixel looks along its centre or averages the rays over its area. Where these see two surfaces the pixel is mixed: it reports something in
 //! between (a flying pixel), the nearer of the two clusters, or nothing.
 
-use super::shapes::{Pose, Shape, V3};
+use super::{
+    draws::Draws,
+    shapes::{Pose, Shape, V3},
+};
 use crate::image::{DepthImage, Image, LabelImage};
-use rand_core::{Rng, SeedableRng};
-use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Seeded draws of the generator.
-#[derive(Debug, Clone)]
-pub struct Draws(Xoshiro256PlusPlus);
-
-impl Draws {
-    /// The draws that belong to a seed.
-    pub fn new(seed: u64) -> Self {
-        Self(Xoshiro256PlusPlus::seed_from_u64(seed))
-    }
-
-    /// Uniform in `low..high`; 53 random bits.
-    pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * ((self.0.next_u64() >> 11) as f64 * (1.0 / 9_007_199_254_740_992.0))
-    }
-
-    /// Standard normal (Box and Muller 1958, one of the pair).
-    pub fn normal(&mut self) -> f64 {
-        let radius = libm::sqrt(-2.0 * libm::log(1.0 - self.uniform(0.0, 1.0)));
-        radius * libm::cos(core::f64::consts::TAU * self.uniform(0.0, 1.0))
-    }
-
-    /// True with this probability.
-    pub fn chance(&mut self, probability: f64) -> bool {
-        self.uniform(0.0, 1.0) < probability
-    }
-
-    /// Rows of a rotation drawn uniformly (a random unit quaternion).
-    pub fn rotation(&mut self) -> [V3; 3] {
-        let mut q = [0.0; 4];
-        for part in &mut q {
-            *part = self.normal();
-        }
-        let s = 1.0 / libm::sqrt(q.iter().map(|part| part * part).sum());
-        let [w, x, y, z] = q.map(|part| part * s);
-        [
-            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
-            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
-        ]
-    }
-}
+/// Focal length of an ideal Kinect v2 depth camera, pixels.
+pub const FOCAL_PX: f64 = 365.456;
 
 /// One body of a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -117,7 +79,7 @@ const MAX_RAYS: u32 = 5;
 const SLANT_CAP_MM: f64 = 8.0;
 
 /// The nearest body along a ray and its depth and cosine.
-pub fn first_hit(bodies: &[Body], ray: V3) -> Option<(usize, f64, f64)> {
+pub(super) fn first_hit(bodies: &[Body], ray: V3) -> Option<(usize, f64, f64)> {
     let mut best: Option<(usize, f64, f64)> = None;
     for (index, body) in bodies.iter().enumerate() {
         if let Some(hit) = body.shape.hit(&body.pose, ray)
@@ -130,7 +92,7 @@ pub fn first_hit(bodies: &[Body], ray: V3) -> Option<(usize, f64, f64)> {
 }
 
 /// Records the window.
-pub fn record(bodies: &[Body], sensor: &Sensor, window: Window, draws: &mut Draws) -> Patch {
+pub(super) fn record(bodies: &[Body], sensor: &Sensor, window: Window, draws: &mut Draws) -> Patch {
     let mut depth = Image::filled(window.width, window.height, 0.0_f32);
     let mut owner = Image::filled(window.width, window.height, 0_u8);
     for v in 0..window.height as i64 {
@@ -174,9 +136,8 @@ fn pixel(bodies: &[Body], sensor: &Sensor, (x, y): (f64, f64), draws: &mut Draws
     seen.sort_by(f64::total_cmp);
     let (nearest, furthest) = (seen[0], seen[count - 1]);
     let middle = seen.iter().sum::<f64>() / count as f64;
-    let value = if furthest - nearest < MIXED_MM {
-        middle
-    } else if flight < sensor.flying {
+    let is_mixed = furthest - nearest >= MIXED_MM;
+    let value = if !is_mixed || flight < sensor.flying {
         middle
     } else if flight < sensor.flying + sensor.edge_hole {
         return 0.0;

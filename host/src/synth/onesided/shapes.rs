@@ -3,40 +3,20 @@
 //! Unit: millimetres, `f64`; frame: camera optical frame, rays start at its origin. Roots and powers come from libm,
 //! so that a scene is the same on every machine.
 
+pub(super) use crate::eval::{cross, dot, norm, subtract};
+
 /// A point or direction, millimetres.
 pub type V3 = [f64; 3];
 
-/// Inner product.
-#[inline]
-pub fn dot(a: V3, b: V3) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
 /// `a + s b`.
 #[inline]
-pub fn along(a: V3, s: f64, b: V3) -> V3 {
+pub(super) fn along(a: V3, s: f64, b: V3) -> V3 {
     [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]]
 }
 
-/// Difference `a - b`.
-#[inline]
-pub fn minus(a: V3, b: V3) -> V3 {
-    along(a, -1.0, b)
-}
-
-/// Vector product.
-pub fn cross(a: V3, b: V3) -> V3 {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-/// Length.
-pub fn length(a: V3) -> f64 {
-    libm::sqrt(dot(a, a))
-}
-
 /// Unit vector of `a`; `a` must not be zero.
-pub fn unit(a: V3) -> V3 {
-    let s = 1.0 / length(a);
+pub(super) fn unit(a: V3) -> V3 {
+    let s = 1.0 / norm(a);
     [a[0] * s, a[1] * s, a[2] * s]
 }
 
@@ -54,6 +34,11 @@ impl Pose {
     #[inline]
     fn turned(&self, v: V3) -> V3 {
         [dot(self.axes[0], v), dot(self.axes[1], v), dot(self.axes[2], v)]
+    }
+
+    /// The camera-frame point at these coordinates in the body's frame.
+    fn point(&self, body: V3) -> V3 {
+        (0..3).fold(self.centre, |point, k| along(point, body[k], self.axes[k]))
     }
 }
 
@@ -105,7 +90,7 @@ impl Shape {
                 let t = w[2] / q[2];
                 let (x, y) = ((t * q[0] - w[0]) / radii[0], (t * q[1] - w[1]) / radii[1]);
                 (t > 0.0 && x * x + y * y <= 1.0)
-                    .then(|| Hit { depth: t, cosine: libm::fabs(q[2]) / length(ray) })
+                    .then(|| Hit { depth: t, cosine: libm::fabs(q[2]) / norm(ray) })
             }
             Self::Cylinder { radius, half_length } => {
                 let a = q[1] * q[1] + q[2] * q[2];
@@ -118,12 +103,66 @@ impl Shape {
                 let root = libm::sqrt(root);
                 let t = (b - root) / a;
                 (t > 0.0 && libm::fabs(t * q[0] - w[0]) <= half_length)
-                    .then(|| Hit { depth: t, cosine: root / (radius * length(ray)) })
+                    .then(|| Hit { depth: t, cosine: root / (radius * norm(ray)) })
             }
             Self::Plane => {
                 let t = w[2] / q[2];
-                (t > 0.0).then(|| Hit { depth: t, cosine: libm::fabs(q[2]) / length(ray) })
+                (t > 0.0).then(|| Hit { depth: t, cosine: libm::fabs(q[2]) / norm(ray) })
             }
+        }
+    }
+}
+
+/// Steps round and along a body in [`Shape::surface`].
+const SURFACE_STEPS: u32 = 24;
+
+impl Shape {
+    /// Points all over the body, none for a plane.
+    pub(super) fn surface(&self, pose: &Pose) -> Vec<V3> {
+        let lattice = (0..SURFACE_STEPS * SURFACE_STEPS).map(|k| {
+            let (i, j) = (k % SURFACE_STEPS, k / SURFACE_STEPS);
+            let share = (f64::from(i) + 0.5) / f64::from(SURFACE_STEPS);
+            (share, core::f64::consts::TAU * f64::from(j) / f64::from(SURFACE_STEPS))
+        });
+        match *self {
+            Self::Superellipsoid { semi_axes, exponent } => lattice
+                .map(|(share, around)| {
+                    let polar = core::f64::consts::PI * share;
+                    let (sin, cos) = (libm::sin(polar), libm::cos(polar));
+                    let direction = [cos, sin * libm::cos(around), sin * libm::sin(around)];
+                    let sum: f64 = direction.iter().map(|d| libm::pow(libm::fabs(*d), exponent)).sum();
+                    let reach = libm::pow(sum, -1.0 / exponent);
+                    pose.point(core::array::from_fn(|k| reach * direction[k] * semi_axes[k]))
+                })
+                .collect(),
+            Self::Disc { radii } => lattice
+                .map(|(share, around)| {
+                    let [p, q] = radii.map(|radius| libm::sqrt(share) * radius);
+                    pose.point([p * libm::cos(around), q * libm::sin(around), 0.0])
+                })
+                .collect(),
+            Self::Cylinder { radius, half_length } => lattice
+                .map(|(share, around)| {
+                    let (y, z) = (radius * libm::cos(around), radius * libm::sin(around));
+                    pose.point([(2.0 * share - 1.0) * half_length, y, z])
+                })
+                .collect(),
+            Self::Plane => Vec::new(),
+        }
+    }
+
+    /// Whether a point lies inside a super-ellipsoid or a cylinder; the others have no inside.
+    pub(super) fn holds(&self, pose: &Pose, point: V3) -> bool {
+        let [x, y, z] = pose.turned(subtract(point, pose.centre));
+        match *self {
+            Self::Superellipsoid { semi_axes: [a, b, c], exponent } => {
+                let term = |u: f64| libm::pow(libm::fabs(u), exponent);
+                term(x / a) + term(y / b) + term(z / c) < 1.0
+            }
+            Self::Cylinder { radius, half_length } => {
+                libm::fabs(x) < half_length && y * y + z * z < radius * radius
+            }
+            Self::Disc { .. } | Self::Plane => false,
         }
     }
 }
@@ -168,7 +207,7 @@ fn superellipsoid(semi_axes: V3, p: f64, q: V3, w: V3, ray: V3) -> Option<Hit> {
     let gradient: V3 =
         core::array::from_fn(|k| libm::copysign(libm::pow(libm::fabs(u[k]), p - 1.0), u[k]) / semi_axes[k]);
     let ray_body: V3 = core::array::from_fn(|k| q[k] * semi_axes[k]);
-    let cosine = libm::fabs(dot(gradient, ray_body)) / (length(gradient) * length(ray));
+    let cosine = libm::fabs(dot(gradient, ray_body)) / (norm(gradient) * norm(ray));
     Some(Hit { depth: t, cosine })
 }
 
@@ -208,5 +247,23 @@ mod tests {
             (0..3).map(|k| libm::pow(libm::fabs(p[k] - pose.centre[k]) / [20.0, 10.0, 5.0][k], 2.5)).sum();
         assert!((sum - 1.0).abs() < 1e-9);
         assert!(hit.cosine > 0.0 && hit.cosine < 1.0);
+    }
+
+    #[test]
+    fn surface_points_lie_between_inside_and_outside() {
+        let pose = Pose { centre: [1.0, 2.0, 300.0], axes: UPRIGHT };
+        for shape in [
+            Shape::Superellipsoid { semi_axes: [20.0, 10.0, 5.0], exponent: 2.0 },
+            Shape::Superellipsoid { semi_axes: [20.0, 10.0, 5.0], exponent: 3.0 },
+            Shape::Cylinder { radius: 4.0, half_length: 30.0 },
+        ] {
+            let points = shape.surface(&pose);
+            assert_eq!(points.len(), 576);
+            for point in points {
+                let outward = subtract(point, pose.centre);
+                assert!(shape.holds(&pose, along(point, -1e-6, outward)), "{shape:?} {point:?}");
+                assert!(!shape.holds(&pose, along(point, 1e-6, outward)), "{shape:?} {point:?}");
+            }
+        }
     }
 }
