@@ -156,13 +156,13 @@ fn lower_triangle(m: &[[f32; 9]; 9]) -> [f32; 45] {
 }
 
 /// `L` (its unit diagonal left out) and `D` of chapter 5.4.
-struct Factors {
+pub(crate) struct Factors {
     l: [[f32; 9]; 9],
     d: [f32; 9],
 }
 
 /// Chapter 5.4: `M = L D L^T`.
-fn factor(m: &[[f32; 9]; 9]) -> Result<Factors, Rejection> {
+pub(crate) fn factor(m: &[[f32; 9]; 9]) -> Result<Factors, Rejection> {
     let mut l = [[0.0_f32; 9]; 9];
     let mut d = [0.0_f32; 9];
     let mut ld = [[0.0_f32; 9]; 9];
@@ -190,7 +190,7 @@ fn factor(m: &[[f32; 9]; 9]) -> Result<Factors, Rejection> {
 }
 
 /// Chapter 5.5: the solution for one right-hand side.
-fn solve(factors: &Factors, b: &[f32; 9]) -> [f32; 9] {
+pub(crate) fn solve(factors: &Factors, b: &[f32; 9]) -> [f32; 9] {
     let Factors { l, d } = factors;
     let mut y = [0.0_f32; 9];
     for i in 0..9 {
