@@ -52,8 +52,9 @@ impl Evidence<'_> {
     /// M7: the residuals of all rays that fit, in order.
     pub(crate) fn touching(&self, model: &Model, terms: &Terms) -> Vec<Touch> {
         let mut touching = Vec::new();
+        let [first, _, third] = model.semi_axes;
         for ray in &self.view.outline {
-            touching.extend(Touch::of(ray, model, terms.noise.axial));
+            touching.extend(Touch::of(ray, model, first, third, terms.noise.axial));
         }
         touching
     }
@@ -71,8 +72,13 @@ pub(crate) struct Touch {
 
 impl Touch {
     /// M7: `touch`.
-    fn of(ray: &OutlineRay, model: &Model, axial_noise: f32) -> Option<Self> {
-        let [first, _, third] = model.semi_axes;
+    pub(crate) fn of(
+        ray: &OutlineRay,
+        model: &Model,
+        first: f32,
+        third: f32,
+        axial_noise: f32,
+    ) -> Option<Self> {
         let Approach { w, near, e, miss, .. } = Approach::new(model, ray.inner);
         let size = libm::sqrtf(dot(w, w));
         let depth = ray.inner[2] * (1.0 + near);
