@@ -121,7 +121,7 @@ impl Case {
         let mut config = Config { method, ..Config::jujube() };
         match method {
             Method::Map => views::vary(&mut config, dice),
-            Method::Varsac => vary(&mut config, dice),
+            _ => vary(&mut config, dice),
         }
         config.max_trials = 1 + dice.below(40);
         Self { family: Family::Recorded, view: chosen.view.clone(), config, seed: dice.word64() }

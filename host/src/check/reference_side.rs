@@ -11,8 +11,9 @@ use varsac_reference::{Event, Phase, RefusalCode};
 /// Runs the reference over the same case.
 pub(crate) fn run(case: &Case, recorder: &mut Recorder) {
     match case.config.method {
-        Method::Varsac => paper(case, recorder),
         Method::Map => map(case, recorder),
+        Method::Varsac => paper(case, recorder),
+        Method::Mixture => unreachable!("the contract does not have this search"),
     }
 }
 
@@ -152,8 +153,18 @@ fn record_map_event(recorder: &mut Recorder, labels: &mut Vec<u8>, event: &Event
 fn judged(recorder: &mut Recorder, detection: &reference::MapDetection) {
     ellipsoid(recorder, &detection.ellipsoid);
     let f = &detection.findings;
-    let numbers =
-        [f.conflict, f.size_sigma, f.rival, f.outline, f.visible, f.colour, f.flat, f.separation, f.clutter];
+    let numbers = [
+        f.conflict,
+        f.end_on,
+        f.size_sigma,
+        f.rival,
+        f.outline,
+        f.visible,
+        f.colour,
+        f.flat,
+        f.separation,
+        f.clutter,
+    ];
     let counts = [f.explained, f.through, f.rays].map(|count| count as f32);
     recorder.floats(Stage::Findings, "findings", &[&numbers, &counts]);
     let entries = detection.covariance.as_ref().map_or(&[][..], |covariance| covariance);

@@ -4,7 +4,8 @@ use crate::format::{Case, check_file};
 use crate::traces::{Entry, of_the_core, of_the_reference};
 use varsac_core::{Config, OutlineRay, Point3, Viewpoint};
 use varsac_host::region_view::RegionView;
-use varsac_host::synth::onesided::{CLEAN, Family, HARD, OCCLUDED, ORCHARD, Scene, TOUCHING};
+use varsac_host::synth::onesided::families::{CLEAN, Family, HARD, OCCLUDED, ORCHARD, TOUCHING};
+use varsac_host::synth::onesided::{MaskBias, Scene, Sighting};
 use varsac_reference as reference;
 
 /// Trials of which the hypotheses are kept.
@@ -59,7 +60,8 @@ fn tasks() -> Vec<Task> {
     let families = [CLEAN, CLEAN, HARD, HARD, HARD, OCCLUDED, OCCLUDED, ORCHARD, ORCHARD, TOUCHING];
     let rendered = families.into_iter().zip(1..).map(|(family, seed)| {
         let scene = Scene::new(&Family { distance_mm: (950.0, 1100.0), ..family }, seed);
-        Task { view: scene.view(&scene.mask), seed, all_around: false }
+        let Sighting { cloud, in_mask, outline, pitch_rad } = scene.sighting(MaskBias::default());
+        Task { view: RegionView { points: cloud, in_mask, outline, pitch_rad }, seed, all_around: false }
     });
     let mut stream = reference::Stream::seeded(9);
     let flat = (0..80).map(|_| {
@@ -172,7 +174,7 @@ fn final_fits() {
 
 #[test]
 fn findings() {
-    let what = "Chapters M18 to M21, each fruit: ellipsoid (centre, semi-axes, axes), findings (explained, through, conflict, \
+    let what = "Chapters M18 to M21, each fruit: ellipsoid (centre, semi-axes, axes), findings (explained, through, conflict, end_on, \
                 size_sigma, rival, rays, outline, visible, colour, sigma_mm, flat, separation, clutter), covariance, code of \
                 refusal (0: accepted, 1 to 12: in the order of M21, Singular last), value and limit.";
     check_traces("map-findings", what, |entries| {

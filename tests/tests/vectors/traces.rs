@@ -1,7 +1,9 @@
 //! Runs of the default search, of core and reference, in one shape.
 
 use crate::maps::Task;
-use varsac_core::{Detection, Detector, Estimate, Noise, Observer, Scratch, Stage, Status, Step, Support};
+use varsac_core::{
+    Detection, Detector, Estimate, Finds, Noise, Observer, Scratch, Stage, Status, Step, Support,
+};
 use varsac_host::check::{reference_map_config, reference_view};
 use varsac_reference as reference;
 use varsac_reference::{Event, Phase};
@@ -27,7 +29,7 @@ pub(crate) enum Entry {
 #[derive(Debug, PartialEq)]
 pub(crate) struct Judged {
     pub(crate) ellipsoid: [f32; 15],
-    pub(crate) findings: [f32; 13],
+    pub(crate) findings: [f32; 14],
     /// 45, or none.
     pub(crate) covariance: Vec<f32>,
     /// Code, value, limit; zeros if it is accepted.
@@ -78,6 +80,7 @@ fn entry(event: &Event) -> Option<Entry> {
                     f.explained as f32,
                     f.through as f32,
                     f.conflict,
+                    f.end_on,
                     f.size_sigma,
                     f.rival,
                     f.rays as f32,
@@ -101,8 +104,9 @@ fn entry(event: &Event) -> Option<Entry> {
 pub(crate) fn of_the_core(task: &Task) -> Trace {
     let n = task.view.points.len();
     let (mut order, mut members, mut labels) = (vec![0; n], vec![0; n], vec![0; n]);
+    let mut finds = Finds::new();
     let detector = Detector::new(task.config()).expect("a preset");
-    let scratch = Scratch::new(&mut order, &mut members, &mut labels);
+    let scratch = Scratch::new(&mut order, &mut members, &mut labels, &mut finds);
     let view = task.view.view();
     let mut run = detector.detect_view(&view, scratch, task.seed).expect("a valid view");
     let mut entries = Entries(Vec::new());
@@ -144,6 +148,7 @@ impl Observer for Entries {
                 f32::from(f.explained),
                 f32::from(f.through),
                 f.size_conflict,
+                f.end_on,
                 f.size_sigma,
                 f.rival,
                 f32::from(f.outline_rays),
