@@ -51,7 +51,7 @@ pub fn run_mixture(view: &View, config: &MixtureConfig, seed: u64) -> Result<Mix
     trace_mixture(view, config, seed, &mut |_| {})
 }
 
-/// [`run_mixture`], with the end of each search as events: `Missed`, or `Labels` and `MixtureDetection`.
+/// [`run_mixture`], with the end of each search as events: `Missed`, or `MixtureDetection` and `Labels`.
 ///
 /// # Errors
 /// A view that M2 does not allow.
@@ -75,6 +75,7 @@ pub fn trace_mixture(
         let mut report = Report {
             trials: 1 + u32::from(config.starts),
             bound: 1 + u32::from(config.starts),
+            support: Score { inliers: 0, candidates: live.len() as u32 },
             ..Report::default()
         };
         let Some(body) = search(view, &live, config, &mut stream) else {
@@ -82,7 +83,7 @@ pub fn trace_mixture(
             observe(Event::Missed(report));
             continue;
         };
-        report.support = Score { inliers: body.members as u32, candidates: live.len() as u32 };
+        report.support.inliers = body.members as u32;
         let nothing = body
             .refusal
             .is_some_and(|refusal| matches!(refusal.code, RefusalCode::FewPoints | RefusalCode::Clutter));
@@ -106,8 +107,8 @@ pub fn trace_mixture(
             refusal: body.refusal,
             covariance: body.covariance,
         };
-        observe(Event::Labels(labels.clone()));
         observe(Event::MixtureDetection(Box::new(detection)));
+        observe(Event::Labels(labels.clone()));
         detections.push(detection);
     }
 }
