@@ -53,7 +53,7 @@ impl Evidence<'_> {
     pub(crate) fn touching(&self, model: &Model, terms: &Terms) -> Vec<Touch> {
         let mut touching = Vec::new();
         for ray in &self.view.outline {
-            touching.extend(Touch::of(ray, model, terms.noise.axial));
+            touching.extend(Touch::of(ray, model, terms));
         }
         touching
     }
@@ -71,12 +71,12 @@ pub(crate) struct Touch {
 
 impl Touch {
     /// M7: `touch`.
-    fn of(ray: &OutlineRay, model: &Model, axial_noise: f32) -> Option<Self> {
+    fn of(ray: &OutlineRay, model: &Model, terms: &Terms) -> Option<Self> {
         let [first, _, third] = model.semi_axes;
         let Approach { w, near, e, miss, .. } = Approach::new(model, ray.inner);
         let size = libm::sqrtf(dot(w, w));
         let depth = ray.inner[2] * (1.0 + near);
-        let slack = 3.0 * axial_noise;
+        let slack = 3.0 * terms.noise.axial;
         let behind = ray.inner[2] - depth;
         let distance = libm::sqrtf(miss);
         let fits = size > 0.6
@@ -97,7 +97,7 @@ impl Touch {
         Some(Self {
             u,
             value: distance - 1.0,
-            variance: (ray.sigma * ray.sigma) * lev2,
+            variance: ((ray.sigma * ray.sigma) * (terms.wider * terms.wider)) * lev2,
             lever: libm::sqrtf(lev2),
         })
     }
