@@ -121,7 +121,7 @@ const KINECT_V2_PX: f32 = 365.456;
 /// Deviation of where a depth pixel looks, pixels.
 const LATERAL_PX: f32 = 0.365;
 /// Deviation of the displacement common to all outline rays, pixels.
-const OFFSET_PX: f32 = 0.15;
+const OFFSET_PX: f32 = 0.3;
 
 impl MapConfig {
     /// Fruit of this size before a Kinect v2, accepted with care.
@@ -138,7 +138,7 @@ impl MapConfig {
             kept: 4,
             refine_steps: 8,
             final_steps: 5,
-            inflation: Inflation { base: 0.75, per_conflict: 0.2, per_clutter: 5.0 },
+            inflation: Inflation { base: 0.45, per_conflict: 0.27, per_clutter: 5.0 },
             gate: Gate::BALANCED.scaled(prior.semi_axes_mm[2]),
         }
     }

@@ -85,6 +85,11 @@ impl OutlineRay {
 }
 
 impl Touch {
+    /// The same with a deviation `by` times as large.
+    pub(crate) fn widened(self, by: f32) -> Self {
+        Self { sigma_squared: self.sigma_squared * (by * by), ..self }
+    }
+
     /// Variance of `F`.
     pub(crate) fn variance(&self) -> f32 {
         self.sigma_squared * self.leverage_squared

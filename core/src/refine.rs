@@ -10,7 +10,7 @@ use crate::{
     linalg::{N, Symmetric9},
     moments::Moments,
     nuisance::{Follower, Nuisances, fullness},
-    outline::OutlineRay,
+    outline::{OutlineRay, Touch},
     point::at,
     prior::SizeTerm,
     residual::{Noise, RayModel, Viewpoint},
@@ -140,6 +140,8 @@ pub(crate) struct Terms {
     pub(crate) window_mm: f32,
     /// Standard deviation of the displacement common to all outline rays.
     pub(crate) offset_rad: f32,
+    /// Factor on the deviations of outline rays.
+    pub(crate) outline: f32,
     /// Standard deviation of the boxiness; 0: an ellipsoid.
     pub(crate) boxiness: f32,
     /// How much a point tells, 0 to 1.
@@ -175,6 +177,20 @@ impl<'a> Evidence<'a> {
         self.labels.get(usize::from(index)).is_some_and(|&label| label == 0 || label == self.own)
     }
 
+    /// What the outline rays that can be the model's demand of it, in order.
+    pub(crate) fn touches<'b>(
+        &'b self,
+        model: &'b RayModel,
+        ellipsoid: &Ellipsoid,
+        terms: &Terms,
+    ) -> impl Iterator<Item = Touch> + 'b {
+        let ([long, _, short], axial_mm, wider) = (ellipsoid.semi_axes, terms.noise.axial_mm, terms.outline);
+        self.outline
+            .iter()
+            .filter_map(move |ray| ray.touch(model, short, long, axial_mm))
+            .map(move |touch| touch.widened(wider))
+    }
+
     /// The normal equations at `estimate`: points in order, outline rays in order, displacement eliminated, prior.
     ///
     /// An open point within the window counts with its residual. A point further behind was seen past the model: where
@@ -202,16 +218,13 @@ impl<'a> Evidence<'a> {
                 nuisances.add_point(contact.u, contact.value, w, phi);
             }
         }
-        let [long, _, short] = ellipsoid.semi_axes;
-        for ray in self.outline {
-            if let Some(touch) = ray.touch(&model, short, long, terms.noise.axial_mm) {
-                let phi = fullness(touch.u);
-                let value = touch.value - estimate.boxiness * phi;
-                if let Some(weight) = OUTLINE_KERNEL.weight((value * value) / touch.variance()) {
-                    let w = weight / touch.variance();
-                    moments.add(touch.u, value, w);
-                    nuisances.add_ray(touch.u, value, w, phi, touch.lever());
-                }
+        for touch in self.touches(&model, &ellipsoid, terms) {
+            let phi = fullness(touch.u);
+            let value = touch.value - estimate.boxiness * phi;
+            if let Some(weight) = OUTLINE_KERNEL.weight((value * value) / touch.variance()) {
+                let w = weight / touch.variance();
+                moments.add(touch.u, value, w);
+                nuisances.add_ray(touch.u, value, w, phi, touch.lever());
             }
         }
         let constants = model.constants();

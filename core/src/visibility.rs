@@ -69,11 +69,8 @@ impl Evidence<'_> {
         // A residual at the cut costs 6.25 in twice the negative logarithm of the likelihood; so does the prior.
         let mut support =
             Support { score: -(terms.prior.cost(&estimate.ln_axes) / CUT), explained: 0, through: 0 };
-        let [long, _, short] = ellipsoid.semi_axes;
-        for ray in self.outline {
-            if let Some(touch) = ray.touch(&model, short, long, terms.noise.axial_mm)
-                && touch.square(estimate.boxiness) < CUT
-            {
+        for touch in self.touches(&model, &ellipsoid, terms) {
+            if touch.square(estimate.boxiness) < CUT {
                 support.score += OUTLINE_WORTH * (1.0 - touch.square(estimate.boxiness) / CUT);
             }
         }

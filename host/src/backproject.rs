@@ -127,7 +127,7 @@ impl View<'_> {
     pub fn ray(&self, u: f64, v: f64) -> Vector3<f64> {
         match self {
             Self::Registered { camera, .. } => camera.ray(u, v),
-            Self::Kinect { registration, .. } => registration.depth_camera().ray(u, v),
+            Self::Kinect { registration, .. } => registration.ray(u, v),
         }
     }
 

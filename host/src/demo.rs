@@ -17,14 +17,11 @@ use crate::{
     fruit::Fruit,
     locate::{Camera, Located, Options, RegionSource, locate_frame},
     segment,
-    synth::{KinectRig, Scene, SceneOptions, SensorOptions, TrueFruit, render_kinect},
+    synth::{KinectRig, Scene, SceneOptions, TrueFruit, render_kinect},
 };
 
 /// Scene and search of the plain command.
 pub const SEED: u64 = 22;
-/// Noise of the demonstration's depth, part of a single exposure's: the mean of sixteen, as of a robot that holds still
-/// for half a second.
-const NOISE_SCALE: f64 = 0.25;
 /// Where the picture goes.
 pub const PICTURE: &str = "varsac-demo.png";
 
@@ -49,8 +46,7 @@ pub struct Demo {
 /// # Errors
 /// None that a valid seed can cause; those of the stages are handed on.
 pub fn run(seed: u64) -> Result<Demo, InputError> {
-    let sensor = SensorOptions { noise_scale: NOISE_SCALE, ..SensorOptions::default() };
-    let scene = Scene::new(&SceneOptions { seed, sensor, ..SceneOptions::default() });
+    let scene = Scene::new(&SceneOptions { seed, ..SceneOptions::default() });
     let rendered = render_kinect(&scene, &KinectRig::default());
     let frame = Frame {
         name: format!("demo-{seed}"),

@@ -7,6 +7,7 @@
 //! * the first valid pixel on the way decides: nearer, or of the same surface: no pair (something covers the fruit, or
 //!   the fruit goes on); further by `step_mm` or more: a pair, unless the one after it is further by as much again: then
 //!   it is a mixed pixel itself and the next one takes its place;
+//! * the surface goes on within two pixels behind the far one: no pair, the far one was an error;
 //! * three pixels without depth: a weak pair, for a surface too steep or a background too far to be measured.
 //!
 //! The ray runs through the middle of the pair. Its deviation grows with the steps between the two: half a pixel's
@@ -20,10 +21,15 @@ use crate::image::DepthImage;
 
 /// Pixels walked at most.
 const REACH: i64 = 4;
+/// Pixels beyond the far one that must not show the same surface again: near a rim single pixels are far off, and an
+/// outline does not run around each of them.
+const BEYOND: i64 = 2;
 /// Pixels without depth that make a weak pair.
 const GAP: i64 = 3;
 /// Deviation of a weak pair, pixels.
 const WEAK_PX: f64 = 1.2;
+/// Deviation of where the pixels beside an edge look, and of where along a steep rim the last valid one lies, pixels.
+const EDGE_PX: f64 = 0.35;
 /// A weak pair's ray is this far outside the last pixel on the fruit: the rim lies within the first missing pixels.
 const WEAK_OFFSET_PX: f64 = 0.75;
 
@@ -83,13 +89,15 @@ fn walk(
             }
             continue;
         };
-        if outer < inner + step_mm {
+        let same = |z: f32| (z - inner).abs() < step_mm;
+        let goes_on = (1..=BEYOND).any(|k| at(u + (step + k) * du, v + (step + k) * dv).is_some_and(same));
+        if outer < inner + step_mm || goes_on {
             return None;
         }
         let next = at(u + (step + 1) * du, v + (step + 1) * dv).filter(|&z| z >= outer + step_mm);
         let (steps, outer) = next.map_or((step, outer), |z| (step + 1, z));
         let width = (0.29 * steps as f64).max(0.3);
-        let sigma = libm::sqrt(width * width + 0.25 * 0.25);
+        let sigma = libm::sqrt(width * width + EDGE_PX * EDGE_PX);
         return Some((0.5 * steps as f64, sigma, outer));
     }
     None

@@ -104,8 +104,8 @@ impl Joint {
         observer.estimate(Stage::Joint, &moved);
         let mut terms = fruit.terms;
         if next.is_none() || self.step >= STEPS {
-            let assumed = Terms { noise: field.config.map.noise, ..terms };
-            terms.noise = shown_noise(&evidence, &moved, &assumed);
+            let assumed = Terms { noise: field.config.map.noise, outline: 1.0, ..terms };
+            terms = shown_noise(&evidence, &moved, &assumed);
             observer.noise(&terms.noise);
             (self.turn, self.step) = (self.turn + 1, 0);
         } else {

@@ -94,7 +94,7 @@ fn verdict(
 ) -> Option<Detection> {
     let fruit = found.get(usize::from(turn))?;
     let (config, terms, best) = (&field.config.map, &fruit.terms, &fruit.estimate);
-    let assumed = Terms { noise: config.noise, ..*terms };
+    let assumed = Terms { noise: config.noise, outline: 1.0, ..*terms };
     let normal = evidence.normal(best, terms, FINAL_KERNEL);
     let without = evidence.normal(free, loose, FINAL_KERNEL);
     let size = size_evidence(&normal, &best.ln_axes, &without, &free.ln_axes, &terms.prior, &loose.prior);
@@ -180,15 +180,12 @@ fn separation(found: &[Fruit], turn: u8, ellipsoid: &Ellipsoid) -> f32 {
 fn outline_fit(evidence: &Evidence<'_>, best: &Estimate, terms: &Terms) -> (u16, f32) {
     let ellipsoid = best.ellipsoid();
     let model = RayModel::new(&ellipsoid, &terms.noise, terms.viewpoint);
-    let [long, _, short] = ellipsoid.semi_axes;
     let mut count = 0_u16;
     let mut sum = 0.0;
-    for ray in evidence.outline {
-        if let Some(touch) = ray.touch(&model, short, long, terms.noise.axial_mm) {
-            let size = libm::sqrtf(touch.square(best.boxiness));
-            sum += if size < 3.0 { size } else { 3.0 };
-            count += 1;
-        }
+    for touch in evidence.touches(&model, &ellipsoid, terms) {
+        let size = libm::sqrtf(touch.square(best.boxiness));
+        sum += if size < 3.0 { size } else { 3.0 };
+        count += 1;
     }
     (count, if count == 0 { 0.0 } else { sum / f32::from(count) })
 }

@@ -122,6 +122,7 @@ impl<'a> MapRun<'a> {
         let terms = Terms {
             prior: map.prior.term(),
             noise: map.noise,
+            outline: 1.0,
             viewpoint: map.viewpoint,
             window_mm: WINDOW * short,
             offset_rad: map.outline_offset_rad,

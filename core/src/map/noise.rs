@@ -1,10 +1,10 @@
-//! The noise that the residuals of a fit show, along the rays and across them.
+//! The noise that the residuals of a fit show, along the rays, across them and at the outline.
 
 use crate::{
     point::at,
     refine::{Estimate, Evidence, Terms},
     residual::{Noise, RayModel},
-    visibility::{Sight, sight},
+    visibility::{CUT, Sight, sight},
 };
 
 const BINS: usize = 64;
@@ -58,9 +58,11 @@ impl Scatter {
     }
 }
 
-/// The noise that the residuals of a fit show: along the rays from points seen frontally, across them from those near the rim.
-pub(crate) fn shown_noise(evidence: &Evidence<'_>, estimate: &Estimate, terms: &Terms) -> Noise {
-    let model = RayModel::new(&estimate.ellipsoid(), &terms.noise, terms.viewpoint);
+/// The assumed terms with the noise that the residuals of a fit show: along the rays from points seen frontally, across
+/// them from those near the rim, and of outline rays.
+pub(crate) fn shown_noise(evidence: &Evidence<'_>, estimate: &Estimate, terms: &Terms) -> Terms {
+    let ellipsoid = estimate.ellipsoid();
+    let model = RayModel::new(&ellipsoid, &terms.noise, terms.viewpoint);
     let (mut axial, mut lateral) = (Scatter::EMPTY, Scatter::EMPTY);
     for &index in evidence.members {
         if !evidence.is_open(index) {
@@ -76,6 +78,14 @@ pub(crate) fn shown_noise(evidence: &Evidence<'_>, estimate: &Estimate, terms: &
             }
         }
     }
-    let (axial, lateral) = (axial.scale(), lateral.scale());
-    Noise { axial_mm: terms.noise.axial_mm * axial, lateral_rad: terms.noise.lateral_rad * lateral }
+    let mut outline = Scatter::EMPTY;
+    for touch in evidence.touches(&model, &ellipsoid, terms) {
+        let square = touch.square(estimate.boxiness);
+        if square < CUT {
+            outline.add(square);
+        }
+    }
+    let Noise { axial_mm, lateral_rad } = terms.noise;
+    let noise = Noise { axial_mm: axial_mm * axial.scale(), lateral_rad: lateral_rad * lateral.scale() };
+    Terms { noise, outline: outline.scale(), ..*terms }
 }

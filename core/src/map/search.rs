@@ -283,9 +283,9 @@ impl MapSearch {
         self.report.support =
             Score { inliers: u32::from(explained), candidates: u32::from(explained) + u32::from(through) };
         let evidence = self.gather(field, &best.estimate);
-        let noise = shown_noise(&evidence, &best.estimate, &self.terms);
-        observer.noise(&noise);
-        let terms = Terms { noise, boxiness: field.config.map.boxiness, ..self.terms };
+        let shown = shown_noise(&evidence, &best.estimate, &self.terms);
+        observer.noise(&shown.noise);
+        let terms = Terms { boxiness: field.config.map.boxiness, ..shown };
         self.doing = Doing::Final { best, terms, steps: 0 };
         Progress::Working
     }
@@ -315,12 +315,14 @@ impl MapSearch {
                 standing: super::Standing::Alone,
             });
         }
-        let noise = if steps == 1 { shown_noise(&evidence, &moved, &self.terms) } else { terms.noise };
+        let mut terms = *terms;
         if steps == 1 {
-            observer.noise(&noise);
+            let shown = shown_noise(&evidence, &moved, &self.terms);
+            observer.noise(&shown.noise);
+            terms = Terms { boxiness: terms.boxiness, ..shown };
         }
         let best = Candidate { estimate: moved, ..best };
-        self.doing = Doing::Final { best, terms: Terms { noise, ..*terms }, steps: steps + 1 };
+        self.doing = Doing::Final { best, terms, steps: steps + 1 };
         Progress::Working
     }
 }

@@ -10,7 +10,7 @@
 //! then along the rows: each depth pixel writes its claim into its own row only, and the question "who is nearest here"
 //! looks at the row above and the row below as well. That is a third of the writing, with the same answer.
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use super::calibration::FactoryCalibration;
 use super::camera::{COLOUR_HEIGHT, COLOUR_WIDTH, ColourCamera, DEPTH_HEIGHT, DEPTH_WIDTH, DepthCamera};
@@ -63,6 +63,9 @@ pub struct Registration {
     colour_camera: ColourCamera,
     /// Index of the raw pixel of each ideal pixel, or [`UNSEEN`].
     raw_index: Vec<u32>,
+    /// Where that raw pixel looks, pixels right of and below the ideal one: up to half a pixel, two thirds of a millimetre at
+    /// half a metre, and alike for the whole of a fruit.
+    look: Vec<[f32; 2]>,
     /// Slope of its ray in the colour camera, before parallax.
     slope: Vec<f64>,
     /// Its row in the colour image, which depth does not change, and the nearest row of pixels or [`UNSEEN`].
@@ -75,6 +78,7 @@ impl Registration {
         let depth_camera = DepthCamera::new(calibration.ir);
         let colour_camera = ColourCamera::new(calibration.colour, &calibration.ir);
         let mut raw_index = Vec::with_capacity(DEPTH_WIDTH * DEPTH_HEIGHT);
+        let mut look = Vec::with_capacity(DEPTH_WIDTH * DEPTH_HEIGHT);
         let mut slope = Vec::with_capacity(DEPTH_WIDTH * DEPTH_HEIGHT);
         let mut row = Vec::with_capacity(DEPTH_WIDTH * DEPTH_HEIGHT);
         for y in 0..DEPTH_HEIGHT {
@@ -83,19 +87,37 @@ impl Registration {
                 let (raw_x, raw_y) = depth_camera.distort(x, y);
                 let nearest = nearest_pixel(raw_x, DEPTH_WIDTH).zip(nearest_pixel(raw_y, DEPTH_HEIGHT));
                 raw_index.push(nearest.map_or(UNSEEN, |(x, y)| (y * DEPTH_WIDTH + x) as u32));
+                // Over half a pixel the distortion is a translation.
+                let beside = |raw: f64| (libm::rint(raw) - raw) as f32;
+                look.push(nearest.map_or([0.0; 2], |_| [beside(raw_x), beside(raw_y)]));
                 let ray = colour_camera.ray(x, y);
                 slope.push(ray.slope);
                 let nearest = nearest_pixel(ray.row as f32, COLOUR_HEIGHT);
                 row.push((ray.row as f32, nearest.map_or(UNSEEN, |row| row as u32)));
             }
         }
-        Self { depth_camera, colour_camera, raw_index, slope, row }
+        Self { depth_camera, colour_camera, raw_index, look, slope, row }
     }
 
     /// Whether these are the tables of that device.
     pub fn is_of(&self, calibration: &FactoryCalibration) -> bool {
         self.depth_camera == DepthCamera::new(calibration.ir)
             && self.colour_camera == ColourCamera::new(calibration.colour, &calibration.ir)
+    }
+
+    /// Direction, scaled to z = 1, in which the raw pixel behind an ideal pixel looks; between pixels the mean of those around.
+    pub fn ray(&self, x: f64, y: f64) -> Vector3<f64> {
+        let (columns, rows) = ([x.floor(), x.ceil()], [y.floor(), y.ceil()]);
+        let (mut right, mut below) = (0.0, 0.0);
+        for (column, row) in [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| (columns[i], rows[j])) {
+            let inside =
+                (0.0..DEPTH_WIDTH as f64).contains(&column) && (0.0..DEPTH_HEIGHT as f64).contains(&row);
+            let index = if inside { row as usize * DEPTH_WIDTH + column as usize } else { usize::MAX };
+            let [u, v] = self.look.get(index).copied().unwrap_or([0.0; 2]);
+            right += 0.25 * f64::from(u);
+            below += 0.25 * f64::from(v);
+        }
+        self.depth_camera.ray(x + right, y + below)
     }
 
     /// The depth camera.

@@ -156,17 +156,17 @@ fn final_fits() {
     let what = "Chapters M13, M14 and M17: every noise (axial, lateral), every step of the final fit, the last of each turn.";
     check_traces("map-final", what, |entries| {
         let (mut noises, mut finals, mut joints) = (Vec::new(), Vec::new(), Vec::new());
-        let mut last = None;
         for entry in entries {
             match entry {
                 Entry::Noise(noise) => noises.extend_from_slice(noise),
                 Entry::Final(estimate) => finals.extend_from_slice(estimate),
                 _ => {}
             }
-            if let (Some(Entry::Joint(estimate)), Entry::Noise(_)) = (last, entry) {
+        }
+        for pair in entries.windows(2) {
+            if let [Entry::Joint(estimate), Entry::Noise(_)] = pair {
                 joints.extend_from_slice(estimate);
             }
-            last = Some(entry);
         }
         vec![("noises", noises), ("final_steps", finals), ("joint", joints)]
     });

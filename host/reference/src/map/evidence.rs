@@ -54,7 +54,7 @@ impl Evidence<'_> {
         let mut touching = Vec::new();
         let [first, _, third] = model.semi_axes;
         for ray in &self.view.outline {
-            touching.extend(Touch::of(ray, model, first, third, terms.noise.axial));
+            touching.extend(Touch::of(ray, model, [first, third], terms.noise.axial, terms.wider));
         }
         touching
     }
@@ -75,9 +75,9 @@ impl Touch {
     pub(crate) fn of(
         ray: &OutlineRay,
         model: &Model,
-        first: f32,
-        third: f32,
+        [first, third]: [f32; 2],
         axial_noise: f32,
+        wider: f32,
     ) -> Option<Self> {
         let Approach { w, near, e, miss, .. } = Approach::new(model, ray.inner);
         let size = libm::sqrtf(dot(w, w));
@@ -103,7 +103,7 @@ impl Touch {
         Some(Self {
             u,
             value: distance - 1.0,
-            variance: (ray.sigma * ray.sigma) * lev2,
+            variance: ((ray.sigma * ray.sigma) * (wider * wider)) * lev2,
             lever: libm::sqrtf(lev2),
         })
     }

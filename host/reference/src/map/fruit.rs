@@ -52,9 +52,9 @@ pub(crate) fn search(
     let assumed = Terms::assumed(config);
     let members = listed(view, estimate.centre, 1.25 * config.long());
     let evidence = Evidence { view, labels, members: &members, label };
-    let noise = estimated(&estimate, evidence, &assumed);
-    observe(Event::Noise(noise));
-    let terms = Terms { noise, boxiness: config.boxiness, ..assumed };
+    let shown = estimated(&estimate, evidence, &assumed);
+    observe(Event::Noise(shown.noise));
+    let terms = shown.entered(Terms { boxiness: config.boxiness, ..assumed });
     let (estimate, terms) = final_fit(estimate, evidence, terms, config, observe);
     Ok(Fruit {
         label,
@@ -111,7 +111,7 @@ fn final_fit(
             return (estimate, terms);
         }
         if i == 1 {
-            terms.noise = estimated(&estimate, evidence, &Terms::assumed(config));
+            terms = estimated(&estimate, evidence, &Terms::assumed(config)).entered(terms);
             observe(Event::Noise(terms.noise));
         }
         i += 1;

@@ -58,7 +58,7 @@ pub(crate) fn judged(
     let h2 = normal_equations(&free, evidence, &loose, Kernel::Tukey(16.0));
     let size = size_evidence((estimate, &h1), (&free, &h2), &terms.prior, &loose.prior);
     let (sorted, order) = sorted(estimate);
-    let assumed = Terms { noise: config.noise, ..*terms };
+    let assumed = Terms { noise: config.noise, wider: 1.0, ..*terms };
     let (explained, through) = match support(estimate, evidence, &assumed, f32::NEG_INFINITY) {
         Some(support) => (support.explained, support.through),
         None => (0, 0),

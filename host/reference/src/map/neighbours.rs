@@ -148,10 +148,10 @@ fn turn(
             break;
         }
     }
-    let noise = estimated(&estimate, evidence, &Terms::assumed(config));
-    observe(Event::Noise(noise));
+    let shown = estimated(&estimate, evidence, &Terms::assumed(config));
+    observe(Event::Noise(shown.noise));
     fruit[index].estimate = estimate;
-    fruit[index].terms.noise = noise;
+    fruit[index].terms = shown.entered(fruit[index].terms);
 }
 
 /// M17.2: the fruit takes the members that are nearer to it than to those that have them.

@@ -7,8 +7,23 @@ use super::prior::Terms;
 use super::view::{Noise, Viewpoint};
 use crate::fault::{self, Fault};
 
-/// M14: the noise of the members at an estimate, in multiples of the assumed one.
-pub(crate) fn estimated(estimate: &Estimate, evidence: Evidence, assumed: &Terms) -> Noise {
+/// M14: what the members and the rays of an estimate show.
+#[derive(Clone, Copy)]
+pub(crate) struct Estimated {
+    pub(crate) noise: Noise,
+    /// Factor on the deviations of outline rays.
+    pub(crate) wider: f32,
+}
+
+impl Estimated {
+    /// The terms with it.
+    pub(crate) fn entered(self, terms: Terms) -> Terms {
+        Terms { noise: self.noise, wider: self.wider, ..terms }
+    }
+}
+
+/// M14: the noise at an estimate, in multiples of the assumed one.
+pub(crate) fn estimated(estimate: &Estimate, evidence: Evidence, assumed: &Terms) -> Estimated {
     let model = Model::new(estimate, assumed.noise, assumed.viewpoint);
     let mut axial = Histogram::new();
     let mut lateral = Histogram::new();
@@ -26,7 +41,18 @@ pub(crate) fn estimated(estimate: &Estimate, evidence: Evidence, assumed: &Terms
             }
         }
     }
-    Noise { axial: assumed.noise.axial * axial.scale(), lateral: assumed.noise.lateral * lateral.scale() }
+    let mut outline = Histogram::new();
+    for touch in evidence.touching(&model, assumed) {
+        let f2 = touch.f2(estimate.boxiness);
+        if f2 < 6.25 {
+            outline.count(f2);
+        }
+    }
+    let noise = Noise {
+        axial: assumed.noise.axial * axial.scale(),
+        lateral: assumed.noise.lateral * lateral.scale(),
+    };
+    Estimated { noise, wider: outline.scale() }
 }
 
 /// M14: how much of the variance is not along the ray.

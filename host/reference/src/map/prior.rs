@@ -53,6 +53,8 @@ impl Prior {
 pub(crate) struct Terms {
     pub(crate) prior: Prior,
     pub(crate) noise: Noise,
+    /// Factor on the deviations of outline rays.
+    pub(crate) wider: f32,
     /// Half-width in depth of what belongs to a surface, mm.
     pub(crate) window: f32,
     /// Deviation of the displacement common to all rays, rad.
@@ -70,6 +72,7 @@ impl Terms {
         Self {
             prior: Prior::tight(config),
             noise: config.noise,
+            wider: 1.0,
             window: 0.55 * config.short(),
             offset: config.outline_offset,
             boxiness: 0.0,

@@ -181,7 +181,7 @@ impl<'a> Look<'a> {
         let x = self.shell.estimate.x;
         let mut touching = Vec::new();
         for ray in &self.scene.outline {
-            touching.extend(Touch::of(ray, &self.model, longest(x), smallest(x), self.shell.sigma));
+            touching.extend(Touch::of(ray, &self.model, [longest(x), smallest(x)], self.shell.sigma, 1.0));
         }
         touching
     }

@@ -154,7 +154,7 @@ fn gates(by_method: &[Vec<Outcome>]) -> (Table, Chart, Vec<String>) {
             let share = 100.0 * passed.subjects as f64 / outcomes.len() as f64;
             let wrong_share = (accepted > 0).then(|| 100.0 * wrong as f64 / accepted as f64);
             table.push(row![method.name(), name, outcomes.len(), share, accepted, wrong, wrong_share, far]);
-            (share, wrong_share.unwrap_or(f64::NAN), passed)
+            (share, wrong_share, passed)
         };
         for (name, gate) in PRESETS {
             let (share, _, Passed { accepted, wrong, .. }) = tell(name, &gate);
@@ -166,9 +166,9 @@ fn gates(by_method: &[Vec<Outcome>]) -> (Table, Chart, Vec<String>) {
         }
         let curve: Vec<[f64; 2]> = SCALES
             .iter()
-            .map(|&scale| {
+            .filter_map(|&scale| {
                 let (share, wrong, _) = tell(&format!("limits times {scale}"), &scaled(scale));
-                [share, wrong]
+                Some([share, wrong?])
             })
             .collect();
         series.push(Series::new(method.name(), Mark::Line, place, curve.clone()));

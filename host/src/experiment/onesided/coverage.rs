@@ -56,12 +56,12 @@ mod tests {
 
     #[test]
     fn the_distribution_functions_have_the_values_of_the_tables() {
-        // Abramowitz and Stegun 1964, table 26.8.
+        // Abramowitz and Stegun 1964, table 26.8; its six digits leave 2e-6 of the level open.
         for (x, level) in [(5.99146, 0.95), (9.21034, 0.99), (1.38629, 0.5)] {
-            assert!((chi_squared_2(x) - level).abs() < 1e-6, "{x}");
+            assert!((chi_squared_2(x) - level).abs() < 2e-6, "{x}");
         }
         for (x, level) in [(7.81473, 0.95), (11.3449, 0.99), (2.36597, 0.5)] {
-            assert!((chi_squared_3(x) - level).abs() < 1e-6, "{x}");
+            assert!((chi_squared_3(x) - level).abs() < 2e-6, "{x}");
         }
     }
 }

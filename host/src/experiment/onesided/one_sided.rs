@@ -197,11 +197,12 @@ fn binned(
     value: fn(&[&Outcome]) -> f64,
 ) -> Vec<[f64; 2]> {
     let width = (high - low) / BINS as f64;
+    // An empty bin has no point, not one that is no number.
     let of_bin = |bin: usize| {
         let from = low + bin as f64 * width;
         let inside: Vec<&Outcome> =
             outcomes.iter().filter(|o| (from..from + width).contains(&of(o))).collect();
-        [from + 0.5 * width, value(&inside)]
+        (!inside.is_empty()).then(|| [from + 0.5 * width, value(&inside)])
     };
-    (0..BINS).map(of_bin).collect()
+    (0..BINS).filter_map(of_bin).collect()
 }

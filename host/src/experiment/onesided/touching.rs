@@ -181,8 +181,8 @@ fn run(context: &Context) -> Result<Report, InputError> {
         for (place, method) in Method::ALL.iter().enumerate() {
             let of_size = measured.iter().flat_map(|by_method| &by_method[place]).filter(|b| b.size == size);
             let slice = Bunches::of(of_size);
-            curves[place].push([size as f64, 100.0 * slice.accepted_recall]);
-            if slice.scenes > 0 {
+            if slice.fruit > 0 {
+                curves[place].push([size as f64, 100.0 * slice.accepted_recall]);
                 slices.push(cells(size.into(), *method, &slice));
             }
         }
