@@ -8,6 +8,8 @@ pub type Point = [f32; 3];
 pub enum CloudError {
     /// More than 65535 points.
     TooManyPoints(usize),
+    /// More than 4096 outline rays (chapter M2).
+    TooManyRays(usize),
     /// A coordinate that is not finite or exceeds 1e9 in magnitude.
     Coordinate {
         /// The first such point.

@@ -46,21 +46,19 @@ fn semi_axes(eigenvalues: &[f32; 3]) -> [f32; 3] {
 }
 
 /// Chapter 11.4.
-fn with_signs(vectors: &[[f32; 3]; 3]) -> [[f32; 3]; 3] {
-    let mut a = vectors[0];
-    if largest_component(a) < 0.0 {
-        a = negated(a);
-    }
-    let mut b = vectors[1];
-    if largest_component(b) < 0.0 {
-        b = negated(b);
-    }
+pub(crate) fn with_signs(vectors: &[[f32; 3]; 3]) -> [[f32; 3]; 3] {
+    let (a, b) = (oriented(vectors[0]), oriented(vectors[1]));
     let mut c = vectors[2];
     let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
     if cross[0] * c[0] + cross[1] * c[1] + cross[2] * c[2] < 0.0 {
         c = negated(c);
     }
     [a, b, c]
+}
+
+/// Chapter 11.4: the sign of the first and of the second vector.
+pub(crate) fn oriented(v: [f32; 3]) -> [f32; 3] {
+    if largest_component(v) < 0.0 { negated(v) } else { v }
 }
 
 /// Chapter 11.4: the component that is largest by magnitude, the earlier one of two equals.
@@ -80,7 +78,7 @@ fn negated([x, y, z]: [f32; 3]) -> [f32; 3] {
 }
 
 /// Chapter 11.5: (x, y, z, w) of the rotation whose columns are the axes.
-fn quaternion(axes: &[[f32; 3]; 3]) -> [f32; 4] {
+pub(crate) fn quaternion(axes: &[[f32; 3]; 3]) -> [f32; 4] {
     let [[m00, m10, m20], [m01, m11, m21], [m02, m12, m22]] = *axes;
     let trace = m00 + m11 + m22;
     let [x, y, z, w] = if trace >= m00 && trace >= m11 && trace >= m22 {
@@ -102,7 +100,7 @@ fn quaternion(axes: &[[f32; 3]; 3]) -> [f32; 4] {
 }
 
 /// Chapter 11.6: `[theta_x, theta_y, theta_z]`.
-fn angles(axes: &[[f32; 3]; 3]) -> [f32; 3] {
+pub(crate) fn angles(axes: &[[f32; 3]; 3]) -> [f32; 3] {
     let [[m00, m10, m20], [m01, m11, m21], [_, _, m22]] = *axes;
     let cos_y = libm::sqrtf(m00 * m00 + m10 * m10);
     let theta_y = libm::atan2f(-m20, cos_y);

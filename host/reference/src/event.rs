@@ -4,8 +4,10 @@
 //! `Solution`, `Quadric`, `Invariants`, `Hypothesis` as far as the fit gets, then `Rejected` or `Score`, then
 //! `Bound` if the hypothesis is the best so far. Within a refit: `Normal` to `Hypothesis` as far as the fit gets,
 //! then `Refit` if the new surface replaces the old one. A search ends in a `Detection` or is `Missed`.
+//!
+//! The default search has the same draws, and otherwise the events of its chapter M22.
 
-use crate::{Central, Detection, Report, Score};
+use crate::{Central, Detection, Estimate, MapDetection, MixtureDetection, Noise, Report, Score, Support};
 
 /// Why a hypothesis died.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,6 +22,21 @@ pub enum Rejection {
     Size,
     /// Too few inliers, by count or by ratio.
     Support,
+}
+
+/// Where in the default search an estimate stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Made from a sample, after its steps (M11).
+    Hypothesis,
+    /// After a step of a candidate (M12).
+    Refined,
+    /// After a step of the final fit (M13).
+    Final,
+    /// After a step beside its neighbours (M17).
+    Joint,
+    /// After a step with the loose prior (M18).
+    Free,
 }
 
 /// One result of one stage.
@@ -56,6 +73,19 @@ pub enum Event {
     Refit(Central),
     /// A target as it is reported (chapter 10.4).
     Detection(Detection),
-    /// What a search did that came to nothing (chapter 10.2 or 10.4).
+    /// What a search did that came to nothing (chapter 10.2 or 10.4; M13 or M15).
     Missed(Report),
+    /// A model of the default search after one of its steps.
+    Estimate(Phase, Estimate),
+    /// What speaks for an estimate (M8).
+    Support(Support),
+    /// The noise that the points of an estimate show (M14).
+    Noise(Noise),
+    /// The labels of all points after a claim (M15), the standings (M16) or a challenge (M17.2), changed or not. The core
+    /// has no such event: its labels are seen between two steps.
+    Labels(Vec<u8>),
+    /// A fruit as it is reported (M21).
+    MapDetection(Box<MapDetection>),
+    /// A body of the search without a size prior as it is reported (X12).
+    MixtureDetection(Box<MixtureDetection>),
 }

@@ -42,6 +42,62 @@ pub enum Fault {
     Detection,
     /// A point in the shells of two targets goes to the later one.
     Labels,
+    /// The information of the second semi-axis adds its terms from the right (M2).
+    Prior,
+    /// The residual multiplies out the gap (M5).
+    Contact,
+    /// The lever of an outline ray multiplies from the right (M7).
+    Ray,
+    /// The worth of a point is `(6.25 - f2) / 6.25` (M8).
+    Support,
+    /// Points behind the window count for nothing (M9.1).
+    Beside,
+    /// A derived sum subtracts the sum of two (M9.3).
+    Moments,
+    /// The displacement of the rays is not eliminated (M9.5).
+    Displacement,
+    /// The information of the boxiness keeps what the displacement takes of it (M9.5).
+    Boxiness,
+    /// The reciprocal is squared instead of the denominator (M6).
+    GemanMcClure,
+    /// The weight of Tukey is not squared (M6).
+    Tukey,
+    /// The centre gains the three terms of its step one by one (M10).
+    Step,
+    /// Points outside the mask are drawn, too (M11).
+    Mask,
+    /// The third axis of a start is the third eigenvector (M11).
+    Start,
+    /// The second-best candidate is refined first (M12).
+    Keeping,
+    /// A candidate is done when it moves by less than twice the limit (M12).
+    Refinement,
+    /// The first candidate is taken for the best (M13).
+    Choice,
+    /// A rival may stand anywhere (M13).
+    Rival,
+    /// The median is the middle of its bin (M14).
+    Noise,
+    /// A claim ends where a sight does (M15).
+    Claim,
+    /// The stronger of two fruit is the ghost (M16).
+    Standings,
+    /// The contact function multiplies from the right (M16).
+    ContactFunction,
+    /// A challenged point does not ask who is nearer (M17.2).
+    Challenge,
+    /// A turn has four steps (M17.3).
+    Joint,
+    /// The loose prior is half as loose (M2).
+    Loose,
+    /// A reciprocal is multiplied with instead of divided by (M19).
+    SizeEvidence,
+    /// The means of the points multiply by a reciprocal (M18.6).
+    Flat,
+    /// The covariance is inflated last (M20).
+    Covariance,
+    /// The last failing test is reported (M21).
+    Acceptance,
 }
 
 #[cfg(feature = "faults")]

@@ -45,13 +45,13 @@ pub fn fit_observed(
 }
 
 /// Chapter 5.1: a frame that is shifted and scaled by a power of two.
-struct Frame {
-    origin: Point,
-    scale: f32,
+pub(crate) struct Frame {
+    pub(crate) origin: Point,
+    pub(crate) scale: f32,
 }
 
 /// Chapter 5.1: origin in the mean of the points, largest coordinate between 1 and 2.
-fn local_frame(cloud: &[Point], list: &[u16]) -> Result<Frame, Rejection> {
+pub(crate) fn local_frame(cloud: &[Point], list: &[u16]) -> Result<Frame, Rejection> {
     let mut sum = [0.0_f32; 3];
     for &index in list {
         for axis in 0..3 {
@@ -78,7 +78,7 @@ fn local_frame(cloud: &[Point], list: &[u16]) -> Result<Frame, Rejection> {
 
 impl Frame {
     /// Chapter 5.1, last sentence.
-    fn local(&self, p: Point) -> Point {
+    pub(crate) fn local(&self, p: Point) -> Point {
         let mut local = [0.0; 3];
         for axis in 0..3 {
             local[axis] = (p[axis] - self.origin[axis]) * self.scale;
@@ -156,13 +156,13 @@ fn lower_triangle(m: &[[f32; 9]; 9]) -> [f32; 45] {
 }
 
 /// `L` (its unit diagonal left out) and `D` of chapter 5.4.
-struct Factors {
+pub(crate) struct Factors {
     l: [[f32; 9]; 9],
     d: [f32; 9],
 }
 
 /// Chapter 5.4: `M = L D L^T`.
-fn factor(m: &[[f32; 9]; 9]) -> Result<Factors, Rejection> {
+pub(crate) fn factor(m: &[[f32; 9]; 9]) -> Result<Factors, Rejection> {
     let mut l = [[0.0_f32; 9]; 9];
     let mut d = [0.0_f32; 9];
     let mut ld = [[0.0_f32; 9]; 9];
@@ -190,7 +190,7 @@ fn factor(m: &[[f32; 9]; 9]) -> Result<Factors, Rejection> {
 }
 
 /// Chapter 5.5: the solution for one right-hand side.
-fn solve(factors: &Factors, b: &[f32; 9]) -> [f32; 9] {
+pub(crate) fn solve(factors: &Factors, b: &[f32; 9]) -> [f32; 9] {
     let Factors { l, d } = factors;
     let mut y = [0.0_f32; 9];
     for i in 0..9 {

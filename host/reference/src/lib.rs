@@ -1,5 +1,5 @@
-//! The float reference: a second, independent program written from the numeric contract (`core/docs/numerics.md`,
-//! version 1) and from nothing else.
+//! The float reference: a second, independent program written from the numeric contract (`core/docs/numerics.md`
+//! and `core/docs/numerics-map.md`, version 2) and from nothing else.
 //!
 //! It is naive on purpose. Vectors are fresh, matrices are full, every search is a linear scan, and each function
 //! is one paragraph of the contract, named in its comment. It does not depend on `varsac-core`; the two programs
@@ -11,6 +11,8 @@
 //! with what is known of the fruit, [`shell_contains`] (7) counts its support, [`trials`] (8) says how long to go
 //! on, [`search_target`] (9) is the loop of Algorithm 1, [`run`] (10) takes fruit after fruit out of the cloud, and
 //! [`ellipsoid_of`] (11) says how each one lies. [`trace`] is `run` with every intermediate result as an [`Event`].
+//!
+//! The default search has chapters of its own, M1 to M22: [`run_map`] and [`trace_map`], in the folder `map`.
 
 mod cloud;
 mod config;
@@ -20,6 +22,8 @@ mod event;
 mod fault;
 mod fit;
 mod jacobi;
+mod map;
+mod mixture;
 mod neighbourhood;
 mod quadric;
 mod search;
@@ -32,11 +36,19 @@ pub use cloud::{CloudError, Point, check_cloud};
 pub use config::{Config, Constraint};
 pub use digest::{Fnv1a, digest};
 pub use ellipsoid::{Ellipsoid, ellipsoid_of};
-pub use event::{Event, Rejection};
+pub use event::{Event, Phase, Rejection};
 #[cfg(feature = "faults")]
 pub use fault::{Fault, inject};
 pub use fit::{fit, fit_observed};
 pub use jacobi::{Eigen, ascending, eigen};
+pub use map::{
+    Estimate, Findings, Gate, Inflation, MapConfig, MapDetection, MapRun, Noise, OutlineRay, Refusal,
+    RefusalCode, Support, View, Viewpoint, check_view, run_map, trace_map,
+};
+pub use mixture::{
+    Criterion, MixtureConfig, MixtureDetection, MixtureGate, MixtureRun, Single, fit_single, run_mixture,
+    trace_mixture,
+};
 pub use neighbourhood::{live_points, neighbourhood, seed_point};
 pub use quadric::{Central, Symmetric, size_accepted};
 pub use search::{Rejections, Report, search_target};

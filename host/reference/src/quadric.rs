@@ -83,7 +83,7 @@ pub(crate) fn invariants(q: &Quadric) -> Invariants {
 }
 
 /// Chapter 5.8: the adjugate `C` of `A`.
-fn adjugate(a: &Symmetric) -> Symmetric {
+pub(crate) fn adjugate(a: &Symmetric) -> Symmetric {
     Symmetric {
         xx: a.yy * a.zz - a.yz * a.yz,
         yy: a.xx * a.zz - a.xz * a.xz,

@@ -21,7 +21,7 @@ pub struct Rejections {
 }
 
 impl Rejections {
-    fn count(&mut self, rejection: Rejection) {
+    pub(crate) fn count(&mut self, rejection: Rejection) {
         match rejection {
             Rejection::TooFewPoints => self.too_few_points += 1,
             Rejection::Degenerate => self.degenerate += 1,

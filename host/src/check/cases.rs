@@ -3,10 +3,12 @@
 //! A case is a function of the seed of the check and of its number, and of nothing else. Only `+ - * /` and `libm`
 //! make it, so that it is the same case on every machine.
 
-use super::scenes;
+use super::{bodies, scenes, views};
+use crate::region_view::RegionView;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use varsac_core::{Config, Constraint, Point3};
+use varsac_core::mixture::MixtureConfig;
+use varsac_core::{Config, Constraint, Method};
 
 /// What kind of input a case is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,54 +29,88 @@ pub enum Family {
     Exact,
     /// Single stages on inputs made for their ties and edges.
     Parts,
-    /// A recorded cloud.
+    /// One fruit from one side with its surroundings and outline, for the default search.
+    OneSided,
+    /// Two to four fruit that touch, for the default search.
+    Cluster,
+    /// Whole surfaces without a viewpoint, for the default search.
+    AllAround,
+    /// Views that make no sense to the default search.
+    Hostile,
+    /// Whole surfaces in any unit, for the search without a size prior.
+    Whole,
+    /// One view of bodies of unknown size, for the search without a size prior.
+    Unknown,
+    /// Views that make no sense to the search without a size prior.
+    Odd,
+    /// Points for single fits.
+    Single,
+    /// A recorded view.
     Recorded,
 }
 
 /// The synthetic families in the order in which case numbers go through them.
-const TURNS: [Family; 10] = [
+const TURNS: [Family; 20] = [
     Family::Surface,
+    Family::OneSided,
     Family::View,
     Family::Parts,
+    Family::Whole,
+    Family::Single,
+    Family::Cluster,
     Family::Grid,
     Family::Touching,
+    Family::Hostile,
     Family::Degenerate,
+    Family::OneSided,
+    Family::Unknown,
+    Family::Odd,
     Family::Surface,
     Family::Scale,
+    Family::Cluster,
     Family::View,
+    Family::AllAround,
     Family::Exact,
 ];
 
-/// A cloud from a file, to be searched besides the synthetic ones.
+/// A view from a file, to be searched besides the synthetic ones.
 #[derive(Clone, Debug)]
-pub struct RecordedCloud {
+pub struct RecordedView {
     /// The argument that names it on the command line.
     pub name: String,
-    /// Its points, mm.
-    pub points: Vec<Point3>,
+    /// What the core gets to see.
+    pub view: RegionView,
 }
 
 /// One input of both sides.
 #[derive(Clone, Debug)]
 pub(crate) struct Case {
     pub(crate) family: Family,
-    pub(crate) cloud: Vec<Point3>,
+    pub(crate) view: RegionView,
     pub(crate) config: Config,
     pub(crate) seed: u64,
 }
 
 impl Case {
-    /// Case `number` of the check with this seed. With recorded clouds, every second case is one of them.
-    pub(crate) fn generate(seed: u64, number: u64, recorded: &[RecordedCloud]) -> Self {
+    /// Case `number` of the check with this seed. With recorded views, every second case is one of them.
+    pub(crate) fn generate(seed: u64, number: u64, recorded: &[RecordedView]) -> Self {
         let mut dice = Dice::new(seed, number);
         if !recorded.is_empty() && number % 2 == 1 {
             let chosen = &recorded[(number / 2) as usize % recorded.len()];
-            return Self::recorded(chosen, &mut dice);
+            let method = [Method::Map, Method::Varsac, Method::Mixture][(number / 2 % 3) as usize];
+            return Self::recorded(chosen, method, &mut dice);
         }
         let turn = if recorded.is_empty() { number } else { number / 2 };
         let family = TURNS[(turn % TURNS.len() as u64) as usize];
         let mut config = any_config(&mut dice);
         let cloud = match family {
+            Family::OneSided | Family::Cluster | Family::AllAround | Family::Hostile => {
+                return Self::for_the_default_search(family, dice);
+            }
+            Family::Whole | Family::Unknown | Family::Odd => {
+                return Self::without_a_prior(family, dice);
+            }
+            Family::Single => bodies::single(&mut dice),
             Family::Surface => scenes::surface(&mut dice, &mut config),
             Family::View => scenes::view(&mut dice, &mut config, 1),
             Family::Touching => scenes::view(&mut dice, &mut config, 2),
@@ -84,17 +120,41 @@ impl Case {
             Family::Exact => scenes::exact(&mut dice, &mut config),
             Family::Parts | Family::Recorded => Vec::new(),
         };
-        Self { family, cloud, config, seed: dice.word64() }
+        Self { family, view: RegionView::of_cloud(cloud), config, seed: dice.word64() }
     }
 
-    fn recorded(chosen: &RecordedCloud, dice: &mut Dice) -> Self {
-        // Indices are 16 bits wide: of a larger cloud every k-th point is taken.
-        let step = chosen.points.len() / 65_535 + 1;
-        let cloud = chosen.points.iter().copied().step_by(step).collect();
-        let mut config = Config::jujube().paper();
-        vary(&mut config, dice);
+    fn for_the_default_search(family: Family, mut dice: Dice) -> Self {
+        let mut config = views::any_config(&mut dice);
+        let view = match family {
+            Family::Cluster => views::cluster(&mut dice, &mut config),
+            Family::AllAround => views::all_around(&mut dice, &mut config),
+            Family::Hostile => views::hostile(&mut dice, &mut config),
+            _ => views::one_sided(&mut dice),
+        };
+        Self { family, view, config, seed: dice.word64() }
+    }
+
+    fn without_a_prior(family: Family, mut dice: Dice) -> Self {
+        let whole = family == Family::Whole;
+        let preset = if whole { MixtureConfig::SURFACE } else { MixtureConfig::VIEW };
+        let mut config = bodies::any_config(&mut dice, preset);
+        let view = match family {
+            Family::Whole => bodies::whole(&mut dice),
+            Family::Odd => bodies::odd(&mut dice, &mut config),
+            _ => bodies::unknown(&mut dice),
+        };
+        Self { family, view, config, seed: dice.word64() }
+    }
+
+    fn recorded(chosen: &RecordedView, method: Method, dice: &mut Dice) -> Self {
+        let mut config = Config { method, ..Config::jujube() };
+        match method {
+            Method::Map => views::vary(&mut config, dice),
+            Method::Mixture => bodies::vary(&mut config, dice),
+            Method::Varsac => vary(&mut config, dice),
+        }
         config.max_trials = 1 + dice.below(40);
-        Self { family: Family::Recorded, cloud, config, seed: dice.word64() }
+        Self { family: Family::Recorded, view: chosen.view.clone(), config, seed: dice.word64() }
     }
 }
 
@@ -177,18 +237,20 @@ mod tests {
             let again = Case::generate(3, number, &[]);
             assert_eq!((&case.config, case.seed), (&again.config, again.seed));
             let bits = |case: &Case| -> Vec<u32> {
-                case.cloud.iter().flat_map(|p| [p.x, p.y, p.z]).map(f32::to_bits).collect()
+                case.view.points.iter().flat_map(|p| [p.x, p.y, p.z]).map(f32::to_bits).collect()
             };
             assert_eq!(bits(&case), bits(&again));
         }
     }
 
     #[test]
-    fn recorded_clouds_take_every_second_case_and_fit_the_indices() {
-        let recorded =
-            [RecordedCloud { name: "big".to_owned(), points: vec![Point3::new(1.0, 2.0, 3.0); 150_000] }];
+    fn recorded_views_take_every_second_case_and_all_searches() {
+        let view = RegionView { pitch_rad: 0.5, ..RegionView::default() };
+        let recorded = [RecordedView { name: "one".to_owned(), view }];
         assert_ne!(Case::generate(1, 0, &recorded).family, Family::Recorded);
-        let case = Case::generate(1, 1, &recorded);
-        assert_eq!((case.family, case.cloud.len()), (Family::Recorded, 50_000));
+        let case = |number| Case::generate(1, number, &recorded);
+        assert_eq!((case(1).family, case(1).view.pitch_rad), (Family::Recorded, 0.5));
+        let methods = [1, 3, 5].map(|number| case(number).config.method);
+        assert_eq!(methods, [Method::Map, Method::Varsac, Method::Mixture]);
     }
 }

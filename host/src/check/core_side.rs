@@ -5,8 +5,8 @@ use super::record::{Recorder, Stage};
 use varsac_core::jacobi::{self, Symmetric3};
 use varsac_core::linalg::Symmetric9;
 use varsac_core::{
-    CentralQuadric, Detection, Detector, Ellipsoid, Finds, Finish, Observer, Quadric, Rejection, Score,
-    Scratch, Step, VarsacReport,
+    CentralQuadric, Detection, Detector, Ellipsoid, Estimate, Findings, Finds, Finish, Method, Noise,
+    Observer, Quadric, Rejection, Score, Scratch, Stage as Phase, Status, Step, Support, VarsacReport,
 };
 
 /// Runs the core over a case.
@@ -15,20 +15,27 @@ pub(crate) fn run(case: &Case, recorder: &mut Recorder) {
         Ok(detector) => detector,
         Err(error) => unreachable!("the generator made an invalid configuration: {error}"),
     };
-    let n = case.cloud.len().min(65_535);
+    let n = case.view.points.len().min(65_535);
     let (mut order, mut members, mut labels) = (vec![0; n], vec![0; n], vec![0; n]);
+    let view = case.view.view();
     let mut finds = Finds::new();
     let scratch = Scratch::new(&mut order, &mut members, &mut labels, &mut finds);
-    let run = detector.detect(&case.cloud, scratch, case.seed);
+    let run = detector.detect_view(&view, scratch, case.seed);
     recorder.integers(Stage::Cloud, "accepted", [u32::from(run.is_ok())]);
     let Ok(mut run) = run else { return };
     let limits = [case.config.semi_axis_min, case.config.semi_axis_max];
-    let mut observer = CoreObserver { recorder, limits };
+    let mut observer = CoreObserver { recorder, limits, method: case.config.method };
+    let mut labels = vec![0; run.labels().len()];
     let finish = loop {
         match run.step_observed(&mut observer) {
+            Step::Found(detection) if case.config.method == Method::Mixture => observer.body(&detection),
             Step::Working | Step::Found(_) => {}
             Step::Missed(report) => observer.missed(&report),
             Step::Finished(finish) => break finish,
+        }
+        if case.config.method != Method::Varsac && run.labels() != labels {
+            labels.copy_from_slice(run.labels());
+            observer.recorder.labels(&labels);
         }
     };
     let number = match finish {
@@ -36,29 +43,41 @@ pub(crate) fn run(case: &Case, recorder: &mut Recorder) {
         Finish::Failures => 1,
         Finish::FewPoints => 2,
     };
-    recorder.integers(Stage::Labels, "labels", run.labels().iter().map(|&label| u32::from(label)));
+    recorder.labels(run.labels());
     recorder.integers(Stage::Labels, "finish", [number]);
 }
 
-/// The stage in which a trial ends when it is rejected, and the name of the record.
-pub(crate) const REJECTIONS: [(Stage, &str); Rejection::COUNT] = [
-    (Stage::Draws, "rejected: too few points"),
-    (Stage::Solution, "rejected: degenerate"),
-    (Stage::Invariants, "rejected: no real ellipsoid"),
-    (Stage::Size, "rejected: size"),
-    (Stage::Score, "rejected: support"),
-];
+/// The stage in which a trial ends when it is rejected (in the default search, where that is another), and the name of
+/// the record.
+pub(crate) fn rejection(reason: usize, method: Method) -> (Stage, &'static str) {
+    match (reason, method) {
+        (0, _) => (Stage::Draws, "rejected: too few points"),
+        (1, Method::Map) => (Stage::Hypothesis, "rejected: degenerate"),
+        (1, _) => (Stage::Solution, "rejected: degenerate"),
+        (2, _) => (Stage::Invariants, "rejected: no real ellipsoid"),
+        (3, _) => (Stage::Size, "rejected: size"),
+        (_, Method::Map) => (Stage::Support, "rejected: support"),
+        (_, _) => (Stage::Score, "rejected: support"),
+    }
+}
 
 /// Records what the core shows to its observers.
 pub(crate) struct CoreObserver<'a> {
     pub(crate) recorder: &'a mut Recorder,
     /// Limits of the semi-axes, for the size check of every hypothesis.
     pub(crate) limits: [f32; 2],
+    /// The search that is observed.
+    pub(crate) method: Method,
 }
 
 impl CoreObserver<'_> {
     fn missed(&mut self, report: &VarsacReport) {
-        self.recorder.integers(Stage::Detection, "missed", core_report(report));
+        let stage = match self.method {
+            Method::Varsac => Stage::Detection,
+            Method::Map => Stage::Verdict,
+            Method::Mixture => Stage::Body,
+        };
+        self.recorder.integers(stage, "missed", core_report(report));
     }
 
     fn ellipsoid(&mut self, e: &Ellipsoid) {
@@ -69,6 +88,51 @@ impl CoreObserver<'_> {
             &[e.centre.coords.as_slice(), &e.semi_axes, a, b, c],
         );
         self.recorder.floats(Stage::Attitude, "attitude", &[&e.quaternion_xyzw(), &e.attitude_rad()]);
+    }
+
+    /// The detection of the default search, in the order in which it comes about.
+    fn judged(&mut self, detection: &Detection, f: &Findings) {
+        self.ellipsoid(&detection.ellipsoid);
+        let numbers = [
+            f.size_conflict,
+            f.end_on,
+            f.size_sigma,
+            f.rival,
+            f.outline,
+            f.visible,
+            f.colour,
+            f.flat,
+            f.separation,
+            f.clutter,
+        ];
+        let counts = [f.explained, f.through, f.outline_rays].map(f32::from);
+        self.recorder.floats(Stage::Findings, "findings", &[&numbers, &counts]);
+        let entries = detection.covariance.as_ref().map_or(&[][..], |covariance| covariance.packed());
+        self.recorder.floats(Stage::Covariance, "covariance and sigma", &[entries, &[f.sigma_mm]]);
+        if let Status::Refused(refusal) = &detection.status {
+            let values = [refusal.value, refusal.limit];
+            self.recorder.floats(Stage::Verdict, refusal.code.name(), &[&values]);
+        }
+        let Score { inliers, candidates } = detection.score;
+        let numbers = [u32::from(detection.target), inliers, candidates];
+        let numbers = numbers.into_iter().chain(core_report(&detection.report));
+        self.recorder.integers(Stage::Verdict, "detection", numbers);
+    }
+
+    /// What a search without a size prior found: it shows no more to an observer.
+    fn body(&mut self, detection: &Detection) {
+        self.ellipsoid(&detection.ellipsoid);
+        let entries = detection.covariance.as_ref().map_or(&[][..], |covariance| covariance.packed());
+        self.recorder.floats(Stage::Covariance, "covariance", &[entries]);
+        if let Status::Refused(refusal) = &detection.status {
+            let values = [refusal.value, refusal.limit];
+            self.recorder.floats(Stage::Body, refusal.code.name(), &[&values]);
+        }
+        let Score { inliers, candidates } = detection.score;
+        let numbers = [u32::from(detection.target), inliers, candidates];
+        let findings = u32::from(detection.findings.is_some());
+        let numbers = numbers.into_iter().chain([findings]).chain(core_report(&detection.report));
+        self.recorder.integers(Stage::Body, "body", numbers);
     }
 
     /// Everything that follows from a shape: eigenpairs, semi-axes, axes, attitude.
@@ -117,7 +181,7 @@ impl Observer for CoreObserver<'_> {
     }
 
     fn rejected(&mut self, reason: Rejection) {
-        let (stage, name) = REJECTIONS[reason as usize];
+        let (stage, name) = rejection(reason as usize, self.method);
         self.recorder.integers(stage, name, []);
     }
 
@@ -134,8 +198,32 @@ impl Observer for CoreObserver<'_> {
         self.recorder.floats(Stage::Refit, "surface", &[centre.coords.as_slice(), &shape]);
     }
 
+    fn estimate(&mut self, phase: Phase, estimate: &Estimate) {
+        let stage = match phase {
+            Phase::Hypothesis => Stage::Hypothesis,
+            Phase::Refined => Stage::Refined,
+            Phase::Final => Stage::Final,
+            Phase::Joint => Stage::Joint,
+            Phase::Free => Stage::Free,
+        };
+        let Estimate { centre, axes, ln_axes, boxiness } = estimate;
+        self.recorder.floats(stage, "estimate", &[centre, axes.as_flattened(), ln_axes, &[*boxiness]]);
+    }
+
+    fn support(&mut self, support: &Support) {
+        let counts = [support.explained, support.through].map(f32::from);
+        self.recorder.floats(Stage::Support, "score, explained, through", &[&[support.score], &counts]);
+    }
+
+    fn noise(&mut self, noise: &Noise) {
+        self.recorder.floats(Stage::Noise, "noise", &[&[noise.axial_mm, noise.lateral_rad]]);
+    }
+
     fn detection(&mut self, detection: &Detection) {
-        self.ellipsoid(&detection.ellipsoid);
+        if let Some(findings) = &detection.findings {
+            self.judged(detection, findings);
+            return;
+        }
         let Score { inliers, candidates } = detection.score;
         let numbers = [u32::from(detection.target), inliers, candidates];
         self.recorder.integers(
@@ -143,6 +231,7 @@ impl Observer for CoreObserver<'_> {
             "detection",
             numbers.into_iter().chain(core_report(&detection.report)),
         );
+        self.ellipsoid(&detection.ellipsoid);
     }
 }
 

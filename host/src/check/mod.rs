@@ -9,17 +9,21 @@
 //! no differing bit, in 46 s of processor time (Intel Xeon at 2.5 GHz, so 73 000 fits a second per core, comparison
 //! included). `tests/tests/bit_exact.rs` is the short run, with the proof that a difference in any stage is found.
 
+mod bodies;
 mod cases;
+mod convert;
 mod core_side;
 mod parts;
 mod record;
 mod reference_side;
 mod report;
 mod scenes;
+mod singles;
+mod views;
 
-pub use cases::{Family, RecordedCloud};
+pub use cases::{Family, RecordedView};
+pub use convert::{reference_config, reference_map_config, reference_mixture_config, reference_view};
 pub use record::Stage;
-pub use reference_side::config as reference_config;
 pub use report::{Difference, Outcome};
 
 use cases::Case;
@@ -54,16 +58,16 @@ pub struct Options {
     pub seed: u64,
     /// Only this case.
     pub case: Option<u32>,
-    /// Recorded clouds to search besides the synthetic ones.
-    pub recorded: Vec<RecordedCloud>,
+    /// Recorded views to search besides the synthetic ones.
+    pub recorded: Vec<RecordedView>,
     /// Show a progress bar on stderr.
     pub progress: bool,
 }
 
 impl CheckArgs {
-    /// Runs the check, prints its summary on stdout and its rate on stderr. `recorded` are the clouds of
+    /// Runs the check, prints its summary on stdout and its rate on stderr. `recorded` are the views of
     /// [`Self::inputs`], named as on the command line. True when no bit differed.
-    pub fn execute(&self, recorded: Vec<RecordedCloud>) -> bool {
+    pub fn execute(&self, recorded: Vec<RecordedView>) -> bool {
         let (cases, seed, case) = (self.cases, self.seed, self.case);
         let started = Instant::now();
         let outcome = run(&Options { cases, seed, case, recorded, progress: true });
@@ -71,9 +75,11 @@ impl CheckArgs {
         println!("{outcome}");
         let rate = outcome.fits() as f64 / seconds;
         eprintln!(
-            "{} fits and {} searches by both sides in {seconds:.1} s on {} threads: {rate:.0} fits a second",
+            "{} fits, {} searches, {} default searches and {} without a size prior by both sides in {seconds:.1} s on {} threads: {rate:.0} fits a second",
             outcome.fits(),
             outcome.searches(),
+            outcome.map_searches(),
+            outcome.mixture_searches(),
             rayon::current_num_threads(),
         );
         outcome.difference.is_none()
@@ -152,12 +158,19 @@ impl Total {
 fn both_sides(case: &Case, recorder: impl Fn() -> Recorder) -> [Recorder; 2] {
     let mut sides = [recorder(), recorder()];
     let [core, reference] = &mut sides;
-    if case.family == Family::Parts {
-        parts::core(case, core);
-        parts::reference(case, reference);
-    } else {
-        core_side::run(case, core);
-        reference_side::run(case, reference);
+    match case.family {
+        Family::Parts => {
+            parts::core(case, core);
+            parts::reference(case, reference);
+        }
+        Family::Single => {
+            singles::core(case, core);
+            singles::reference(case, reference);
+        }
+        _ => {
+            core_side::run(case, core);
+            reference_side::run(case, reference);
+        }
     }
     sides
 }
@@ -170,9 +183,9 @@ fn difference(options: &Options, number: u64) -> Option<Difference> {
     let [core, reference] = both_sides(&case, || Recorder::keeping(segment));
     let parting = Parting::between(core, reference)?;
     let mut replay = format!("varsac check --seed {} --case {number}", options.seed);
-    for cloud in &options.recorded {
+    for view in &options.recorded {
         replay.push(' ');
-        replay.push_str(&cloud.name);
+        replay.push_str(&view.name);
     }
     Some(Difference::new(&parting, number, case.family, replay))
 }

@@ -4,9 +4,9 @@
 use super::cases::{Case, Dice};
 use super::core_side::CoreObserver;
 use super::record::{Recorder, Stage};
-use super::reference_side;
+use super::{convert, reference_side};
 use varsac_core::jacobi::Symmetric3;
-use varsac_core::{CentralQuadric, Constraint, Point3, fit, rng, tebc::Shell, trials};
+use varsac_core::{CentralQuadric, Constraint, Method, Point3, fit, rng, tebc::Shell, trials};
 use varsac_reference as reference;
 
 /// The inputs of all single stages in one case.
@@ -124,7 +124,7 @@ pub(crate) fn core(case: &Case, recorder: &mut Recorder) {
         let members = if stream.sample(population, &mut sample) { sample } else { Vec::new() };
         recorder.integers(Stage::Draws, "sample", members.into_iter().map(u32::from));
     }
-    let mut observer = CoreObserver { recorder, limits: [1.0, 50.0] };
+    let mut observer = CoreObserver { recorder, limits: [1.0, 50.0], method: Method::Varsac };
     for (list, constraint) in &parts.lists {
         // What a fit comes to is among its records.
         let _ = fit::fit_observed(&parts.cloud, list, *constraint, &mut observer);
@@ -149,24 +149,26 @@ pub(crate) fn reference(case: &Case, recorder: &mut Recorder) {
     for &(population, size) in &parts.samples {
         recorder.integers(Stage::Draws, "sample", stream.sample(population, size).unwrap_or_default());
     }
-    let cloud = reference_side::points(&parts.cloud);
+    let cloud = convert::points(&parts.cloud);
     for (list, constraint) in &parts.lists {
-        let constraint = reference_side::constraint(*constraint);
+        let constraint = convert::constraint(*constraint);
         // What a fit comes to is among its records.
         let _ = reference::fit_observed(&cloud, list, constraint, &mut |event| {
             reference_side::record_event(recorder, [1.0, 50.0], &event);
         });
     }
     for surface in &parts.shapes {
-        reference_side::shape(recorder, &reference_side::central(surface));
+        reference_side::shape(recorder, &convert::central(surface));
     }
-    let sizes = parts.sizes.iter().map(|(surface, [min, max])| {
-        reference::size_accepted(&reference_side::central(surface).shape, *min, *max)
-    });
+    let sizes = parts
+        .sizes
+        .iter()
+        .map(|(surface, [min, max])| reference::size_accepted(&convert::central(surface).shape, *min, *max));
     recorder.integers(Stage::Size, "sizes accepted", sizes.map(u32::from));
-    let inside = parts.shells.iter().map(|(surface, d, p)| {
-        reference::shell_contains(&reference_side::central(surface), *d, [p.x, p.y, p.z])
-    });
+    let inside = parts
+        .shells
+        .iter()
+        .map(|(surface, d, p)| reference::shell_contains(&convert::central(surface), *d, [p.x, p.y, p.z]));
     recorder.integers(Stage::Score, "inside", inside.map(u32::from));
     let bounds = parts
         .bounds_on_trials

@@ -11,9 +11,10 @@ use varsac_reference::Fnv1a;
 /// Records between two notes of the running hash.
 const SEGMENT: u64 = 32;
 
-/// A stage of the search, in the order of a trial; its name is what a difference is reported under.
+/// A stage of a search, in the order of a trial, after it those of the default search (it shares the draws and the
+/// hypothesis) and of the search without a prior; its name is what a difference is reported under.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[allow(missing_docs, reason = "the names are those of the chapters of core/docs/numerics.md")]
+#[allow(missing_docs, reason = "the names are those of the chapters of the numeric contract")]
 pub enum Stage {
     Cloud,
     Draws,
@@ -31,12 +32,23 @@ pub enum Stage {
     Bound,
     Refit,
     Detection,
+    Support,
+    Refined,
+    Noise,
+    Final,
     Labels,
+    Joint,
+    Free,
+    Findings,
+    Covariance,
+    Verdict,
+    Body,
+    Single,
 }
 
 impl Stage {
     /// How many there are.
-    pub const COUNT: usize = 17;
+    pub const COUNT: usize = 28;
 
     /// All stages with the word (in the plural) that counts their results.
     pub const ALL: [(Self, &'static str); Self::COUNT] = [
@@ -56,7 +68,18 @@ impl Stage {
         (Self::Bound, "bounds"),
         (Self::Refit, "refits"),
         (Self::Detection, "ends of a search"),
+        (Self::Support, "supports"),
+        (Self::Refined, "refinements"),
+        (Self::Noise, "noises"),
+        (Self::Final, "final steps"),
         (Self::Labels, "labellings"),
+        (Self::Joint, "joint steps"),
+        (Self::Free, "free steps"),
+        (Self::Findings, "findings"),
+        (Self::Covariance, "covariances"),
+        (Self::Verdict, "verdicts"),
+        (Self::Body, "bodies or none"),
+        (Self::Single, "single fits"),
     ];
 
     /// Of two stages the one that comes first after `last`, in the cycle of trials. When the sides go on
@@ -135,6 +158,11 @@ impl Recorder {
         values: impl IntoIterator<Item = u32>,
     ) {
         self.record(What { stage, name, floats: false }, values);
+    }
+
+    /// The label of every point.
+    pub(crate) fn labels(&mut self, labels: &[u8]) {
+        self.integers(Stage::Labels, "labels", labels.iter().map(|&label| u32::from(label)));
     }
 
     fn record(&mut self, what: What, words: impl IntoIterator<Item = u32>) {

@@ -1,58 +1,69 @@
 //! The reference made to write down its results, through its events, in the shape of the core's.
 
 use super::cases::Case;
-use super::core_side::REJECTIONS;
+use super::convert::{
+    points, reference_config, reference_map_config, reference_mixture_config, reference_view,
+};
+use super::core_side::rejection;
 use super::record::{Recorder, Stage};
-use varsac_core::{CentralQuadric, Config, Constraint, Point3};
+use varsac_core::Method;
 use varsac_reference as reference;
-use varsac_reference::Event;
+use varsac_reference::{Event, Phase, RefusalCode};
 
 /// Runs the reference over the same case.
 pub(crate) fn run(case: &Case, recorder: &mut Recorder) {
+    match case.config.method {
+        Method::Map => map(case, recorder),
+        Method::Varsac => paper(case, recorder),
+        Method::Mixture => mixture(case, recorder),
+    }
+}
+
+/// The paper's search.
+fn paper(case: &Case, recorder: &mut Recorder) {
     let limits = [case.config.semi_axis_min, case.config.semi_axis_max];
-    let cloud = points(&case.cloud);
+    let cloud = points(&case.view.points);
     recorder.integers(Stage::Cloud, "accepted", [u32::from(reference::check_cloud(&cloud).is_ok())]);
+    let config = reference_config(&case.config);
     let mut observe = |event| record_event(recorder, limits, &event);
-    let Ok(run) = reference::trace(&cloud, &config(&case.config), case.seed, &mut observe) else { return };
-    let number = match run.finish {
+    let Ok(run) = reference::trace(&cloud, &config, case.seed, &mut observe) else { return };
+    end(recorder, &run.labels, run.finish);
+}
+
+/// The default search.
+fn map(case: &Case, recorder: &mut Recorder) {
+    let view = reference_view(&case.view);
+    let config = reference_map_config(&case.config);
+    recorder.integers(Stage::Cloud, "accepted", [u32::from(reference::check_view(&view).is_ok())]);
+    let mut labels = vec![0; view.points.len()];
+    let mut observe = |event| record_map_event(recorder, &mut labels, &event);
+    let Ok(run) = reference::trace_map(&view, &config, case.seed, &mut observe) else { return };
+    end(recorder, &run.labels, run.finish);
+}
+
+/// The search without a size prior.
+fn mixture(case: &Case, recorder: &mut Recorder) {
+    let view = reference_view(&case.view);
+    let config = reference_mixture_config(&case.config);
+    recorder.integers(Stage::Cloud, "accepted", [u32::from(reference::check_view(&view).is_ok())]);
+    let mut observe = |event| match event {
+        Event::Missed(found) => recorder.integers(Stage::Body, "missed", report(&found)),
+        Event::MixtureDetection(detection) => body(recorder, &detection),
+        Event::Labels(labels) => recorder.labels(&labels),
+        _ => unreachable!("no event of this search: {event:?}"),
+    };
+    let Ok(run) = reference::trace_mixture(&view, &config, case.seed, &mut observe) else { return };
+    end(recorder, &run.labels, run.finish);
+}
+
+fn end(recorder: &mut Recorder, labels: &[u8], finish: reference::Finish) {
+    let number = match finish {
         reference::Finish::Targets => 0,
         reference::Finish::Failures => 1,
         reference::Finish::Points => 2,
     };
-    recorder.integers(Stage::Labels, "labels", run.labels.iter().map(|&label| u32::from(label)));
+    recorder.labels(labels);
     recorder.integers(Stage::Labels, "finish", [number]);
-}
-
-/// The cloud as the reference has it.
-pub(crate) fn points(cloud: &[Point3]) -> Vec<reference::Point> {
-    cloud.iter().map(|p| [p.x, p.y, p.z]).collect()
-}
-
-/// A configuration of the core under the names of the contract, for the reference.
-pub fn config(config: &Config) -> reference::Config {
-    reference::Config {
-        confidence: config.confidence,
-        sizes: config.sample_sizes.to_vec(),
-        shell: config.shell,
-        radius: config.radius,
-        semi_axis_min: config.semi_axis_min,
-        semi_axis_max: config.semi_axis_max,
-        max_trials: config.max_trials,
-        refits: u32::from(config.refits),
-        min_inliers: u32::from(config.min_inliers),
-        min_ratio: config.min_ratio,
-        max_targets: config.max_targets,
-        max_failures: u32::from(config.max_failures),
-        constraint: constraint(config.constraint),
-    }
-}
-
-/// The constraint of the same name.
-pub(crate) fn constraint(constraint: Constraint) -> reference::Constraint {
-    match constraint {
-        Constraint::A11 => reference::Constraint::A11,
-        Constraint::Trace => reference::Constraint::Trace,
-    }
 }
 
 /// Records an event; `limits` are those of the semi-axes, for the size check of every hypothesis.
@@ -77,14 +88,8 @@ pub(crate) fn record_event(recorder: &mut Recorder, limits: [f32; 2], event: &Ev
             let accepted = reference::size_accepted(&surface.shape, limits[0], limits[1]);
             recorder.integers(Stage::Size, "size accepted", [u32::from(accepted)]);
         }
-        Event::Rejected(rejection) => {
-            let (stage, name) = REJECTIONS[match rejection {
-                reference::Rejection::TooFewPoints => 0,
-                reference::Rejection::Degenerate => 1,
-                reference::Rejection::NotEllipsoid => 2,
-                reference::Rejection::Size => 3,
-                reference::Rejection::Support => 4,
-            }];
+        Event::Rejected(reason) => {
+            let (stage, name) = rejection(number_of(*reason), Method::Varsac);
             recorder.integers(stage, name, []);
         }
         Event::Score(score) => {
@@ -95,7 +100,6 @@ pub(crate) fn record_event(recorder: &mut Recorder, limits: [f32; 2], event: &Ev
             recorder.floats(Stage::Refit, "surface", &[&surface.centre, &symmetric(&surface.shape)]);
         }
         Event::Detection(detection) => {
-            ellipsoid(recorder, &detection.ellipsoid);
             let reference::Score { inliers, candidates } = detection.score;
             let numbers = [u32::from(detection.target), inliers, candidates];
             recorder.integers(
@@ -103,8 +107,127 @@ pub(crate) fn record_event(recorder: &mut Recorder, limits: [f32; 2], event: &Ev
                 "detection",
                 numbers.into_iter().chain(report(&detection.report)),
             );
+            ellipsoid(recorder, &detection.ellipsoid);
         }
         Event::Missed(found) => recorder.integers(Stage::Detection, "missed", report(found)),
+        Event::Estimate(..)
+        | Event::Support(_)
+        | Event::Noise(_)
+        | Event::Labels(_)
+        | Event::MapDetection(_)
+        | Event::MixtureDetection(_) => unreachable!("an event of another search: {event:?}"),
+    }
+}
+
+/// The number of a rejection in the reports of the core.
+pub(crate) fn number_of(reason: reference::Rejection) -> usize {
+    match reason {
+        reference::Rejection::TooFewPoints => 0,
+        reference::Rejection::Degenerate => 1,
+        reference::Rejection::NotEllipsoid => 2,
+        reference::Rejection::Size => 3,
+        reference::Rejection::Support => 4,
+    }
+}
+
+/// Records an event of the default search; `labels` are those recorded last.
+fn record_map_event(recorder: &mut Recorder, labels: &mut Vec<u8>, event: &Event) {
+    match event {
+        Event::Rejected(reason) => {
+            let (stage, name) = rejection(number_of(*reason), Method::Map);
+            recorder.integers(stage, name, []);
+        }
+        Event::Missed(found) => recorder.integers(Stage::Verdict, "missed", report(found)),
+        Event::Estimate(phase, estimate) => {
+            let stage = match phase {
+                Phase::Hypothesis => Stage::Hypothesis,
+                Phase::Refined => Stage::Refined,
+                Phase::Final => Stage::Final,
+                Phase::Joint => Stage::Joint,
+                Phase::Free => Stage::Free,
+            };
+            let reference::Estimate { centre, axes, x, boxiness } = estimate;
+            recorder.floats(stage, "estimate", &[centre, axes.as_flattened(), x, &[*boxiness]]);
+        }
+        Event::Support(support) => {
+            let counts = [support.explained, support.through].map(|count| count as f32);
+            recorder.floats(Stage::Support, "score, explained, through", &[&[support.score], &counts]);
+        }
+        Event::Noise(noise) => {
+            recorder.floats(Stage::Noise, "noise", &[&[noise.axial, noise.lateral]]);
+        }
+        Event::Labels(new) if new == labels => {}
+        Event::Labels(new) => {
+            labels.clone_from(new);
+            recorder.labels(labels);
+        }
+        Event::MapDetection(detection) => judged(recorder, detection),
+        // The draws are those of the paper's search.
+        _ => record_event(recorder, [0.0; 2], event),
+    }
+}
+
+/// The detection of the default search, in the order in which it comes about.
+fn judged(recorder: &mut Recorder, detection: &reference::MapDetection) {
+    ellipsoid(recorder, &detection.ellipsoid);
+    let f = &detection.findings;
+    let numbers = [
+        f.conflict,
+        f.end_on,
+        f.size_sigma,
+        f.rival,
+        f.outline,
+        f.visible,
+        f.colour,
+        f.flat,
+        f.separation,
+        f.clutter,
+    ];
+    let counts = [f.explained, f.through, f.rays].map(|count| count as f32);
+    recorder.floats(Stage::Findings, "findings", &[&numbers, &counts]);
+    let entries = detection.covariance.as_ref().map_or(&[][..], |covariance| covariance);
+    recorder.floats(Stage::Covariance, "covariance and sigma", &[entries, &[f.sigma_mm]]);
+    if let Some(refusal) = &detection.refusal {
+        recorder.floats(Stage::Verdict, code_name(refusal.code), &[&[refusal.value, refusal.limit]]);
+    }
+    let reference::Score { inliers, candidates } = detection.score;
+    let numbers = [u32::from(detection.target), inliers, candidates];
+    recorder.integers(Stage::Verdict, "detection", numbers.into_iter().chain(report(&detection.report)));
+}
+
+/// What a search without a size prior found.
+fn body(recorder: &mut Recorder, detection: &reference::MixtureDetection) {
+    ellipsoid(recorder, &detection.ellipsoid);
+    let entries = detection.covariance.as_ref().map_or(&[][..], |covariance| covariance);
+    recorder.floats(Stage::Covariance, "covariance", &[entries]);
+    if let Some(refusal) = &detection.refusal {
+        recorder.floats(Stage::Body, code_name(refusal.code), &[&[refusal.value, refusal.limit]]);
+    }
+    let reference::Score { inliers, candidates } = detection.score;
+    // There are no findings.
+    let numbers = [u32::from(detection.target), inliers, candidates, 0];
+    recorder.integers(Stage::Body, "body", numbers.into_iter().chain(report(&detection.report)));
+}
+
+/// The name of a code in the core.
+fn code_name(code: RefusalCode) -> &'static str {
+    match code {
+        RefusalCode::FewPoints => "few_points",
+        RefusalCode::SizeConflict => "size_conflict",
+        RefusalCode::SizeUnknown => "size_unknown",
+        RefusalCode::Ambiguous => "ambiguous",
+        RefusalCode::Outline => "outline",
+        RefusalCode::Visible => "visible",
+        RefusalCode::Colour => "colour",
+        RefusalCode::Uncertain => "uncertain",
+        RefusalCode::Flat => "flat",
+        RefusalCode::Through => "through",
+        RefusalCode::SharedVolume => "shared_volume",
+        RefusalCode::Singular => "singular",
+        RefusalCode::Clutter => "clutter",
+        RefusalCode::Coverage => "coverage",
+        RefusalCode::Shape => "shape",
+        RefusalCode::Vague => "vague",
     }
 }
 
@@ -140,13 +263,4 @@ fn report(found: &reference::Report) -> [u32; 10] {
         found.support.inliers,
         found.support.candidates,
     ]
-}
-
-/// The surface as the reference has it.
-pub(crate) fn central(surface: &CentralQuadric) -> reference::Central {
-    let (c, s) = (&surface.centre, &surface.shape);
-    reference::Central {
-        centre: [c.x, c.y, c.z],
-        shape: reference::Symmetric { xx: s.xx, yy: s.yy, zz: s.zz, xy: s.xy, xz: s.xz, yz: s.yz },
-    }
 }

@@ -25,9 +25,19 @@ impl Outcome {
         self.counts[Stage::NormalMatrix as usize]
     }
 
-    /// Searches for one target that both sides made.
+    /// Searches of the paper for one target that both sides made.
     pub fn searches(&self) -> u64 {
         self.counts[Stage::Detection as usize]
+    }
+
+    /// Default searches for one target that both sides made.
+    pub fn map_searches(&self) -> u64 {
+        self.counts[Stage::Verdict as usize]
+    }
+
+    /// Searches without a size prior that both sides made.
+    pub fn mixture_searches(&self) -> u64 {
+        self.counts[Stage::Body as usize]
     }
 }
 

@@ -83,6 +83,25 @@ pub(super) fn surface(dice: &mut Dice, config: &mut Config) -> Vec<Point3> {
     cloud
 }
 
+/// The whole surfaces of one or two bodies of these semi-axes that touch or nearly so, with noise and stray points.
+pub(super) fn surfaces(dice: &mut Dice, semi_axes: [f32; 3], mut centre: Point3) -> Vec<Point3> {
+    let noise = dice.pick(&[0.0, 0.2, 1.0]);
+    let mut cloud = Vec::new();
+    for _ in 0..=dice.below(2) {
+        let body = Body::random(dice, centre, semi_axes);
+        for _ in 0..60 + dice.below(140) {
+            let (p, _) = body.point(dice);
+            cloud.push(p + Vector3::new(dice.normal(), dice.normal(), dice.normal()) * noise);
+        }
+        centre += direction(dice) * dice.between(20.0, 40.0);
+    }
+    for _ in 0..dice.below(60) {
+        cloud.push(in_cube(dice, &centre, 40.0));
+    }
+    shuffle(dice, &mut cloud);
+    cloud
+}
+
 /// The camera's side of `fruit` jujubes that touch, 500 to 1300 mm away, with noise along the ray, and clutter.
 pub(super) fn view(dice: &mut Dice, config: &mut Config, fruit: u32) -> Vec<Point3> {
     (config.semi_axis_min, config.semi_axis_max) = dice.pick(&[(9.5, 24.5), (10.0, 23.0), (5.0, 60.0)]);

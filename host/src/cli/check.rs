@@ -1,10 +1,10 @@
-//! `varsac check`: the recorded inputs to clouds, the rest is [`crate::check`].
+//! `varsac check`: the recorded inputs to views, the rest is [`crate::check`].
 
 use std::path::Path;
 
 use super::Outcome;
 use crate::{
-    check::{CheckArgs, RecordedCloud},
+    check::{CheckArgs, RecordedView},
     cloud::Cloud,
     decimate::decimate,
     error::InputError,
@@ -24,10 +24,10 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, InputError> {
     Ok(if args.execute(recorded) { Outcome::Found } else { Outcome::NothingFound })
 }
 
-/// The clouds of one input: of a frame, those of its regions of jujube colour.
-fn read(path: &Path, recorded: &mut Vec<RecordedCloud>) -> Result<(), InputError> {
+/// The views of one input: of a frame, those of its regions of jujube colour.
+fn read(path: &Path, recorded: &mut Vec<RecordedView>) -> Result<(), InputError> {
     let name = path.display().to_string();
-    let clouds = if path.is_dir() {
+    let views = if path.is_dir() {
         let colour = RegionSource::Colour(preset(Fruit::Jujube.name()));
         let frame = Frame::read(path)?;
         let options = ViewOptions::of(&Fruit::Jujube.config());
@@ -37,8 +37,8 @@ fn read(path: &Path, recorded: &mut Vec<RecordedCloud>) -> Result<(), InputError
             decimate(&Cloud::read(path, None)?.points_mm, ViewOptions::CAPACITY).points,
         )]
     };
-    for view in clouds {
-        recorded.push(RecordedCloud { name: name.clone(), points: view.points });
+    for view in views {
+        recorded.push(RecordedView { name: name.clone(), view });
     }
     Ok(())
 }

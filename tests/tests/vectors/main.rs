@@ -4,8 +4,10 @@
 
 mod fits;
 mod format;
+mod maps;
 mod searches;
 mod stages;
+mod traces;
 
 use format::Case;
 use varsac_core::jacobi::Symmetric3;
