@@ -124,7 +124,7 @@ impl Gate {
         outline: 1.2,
         visible: 0.36,
         colour: 0.36,
-        uncertain_mm: 1.8,
+        uncertain_mm: 1.9,
         flat: 1.3,
         through: 0.15,
         shared_volume: 0.75,

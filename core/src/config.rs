@@ -138,7 +138,7 @@ impl MapConfig {
             kept: 4,
             refine_steps: 8,
             final_steps: 5,
-            inflation: Inflation { base: 0.45, per_conflict: 0.27, per_clutter: 5.0 },
+            inflation: Inflation { base: 0.65, per_conflict: 0.33, per_clutter: 5.0 },
             gate: Gate::BALANCED.scaled(prior.semi_axes_mm[2]),
         }
     }
