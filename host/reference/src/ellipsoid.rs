@@ -46,7 +46,7 @@ fn semi_axes(eigenvalues: &[f32; 3]) -> [f32; 3] {
 }
 
 /// Chapter 11.4.
-fn with_signs(vectors: &[[f32; 3]; 3]) -> [[f32; 3]; 3] {
+pub(crate) fn with_signs(vectors: &[[f32; 3]; 3]) -> [[f32; 3]; 3] {
     let (a, b) = (oriented(vectors[0]), oriented(vectors[1]));
     let mut c = vectors[2];
     let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];

@@ -7,7 +7,7 @@
 //!
 //! The default search has the same draws, and otherwise the events of its chapter M22.
 
-use crate::{Central, Detection, Estimate, MapDetection, Noise, Report, Score, Support};
+use crate::{Central, Detection, Estimate, MapDetection, MixtureDetection, Noise, Report, Score, Support};
 
 /// Why a hypothesis died.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,4 +86,6 @@ pub enum Event {
     Labels(Vec<u8>),
     /// A fruit as it is reported (M21).
     MapDetection(Box<MapDetection>),
+    /// A body of the search without a size prior as it is reported (X12).
+    MixtureDetection(Box<MixtureDetection>),
 }

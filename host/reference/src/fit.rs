@@ -45,13 +45,13 @@ pub fn fit_observed(
 }
 
 /// Chapter 5.1: a frame that is shifted and scaled by a power of two.
-struct Frame {
-    origin: Point,
-    scale: f32,
+pub(crate) struct Frame {
+    pub(crate) origin: Point,
+    pub(crate) scale: f32,
 }
 
 /// Chapter 5.1: origin in the mean of the points, largest coordinate between 1 and 2.
-fn local_frame(cloud: &[Point], list: &[u16]) -> Result<Frame, Rejection> {
+pub(crate) fn local_frame(cloud: &[Point], list: &[u16]) -> Result<Frame, Rejection> {
     let mut sum = [0.0_f32; 3];
     for &index in list {
         for axis in 0..3 {
@@ -78,7 +78,7 @@ fn local_frame(cloud: &[Point], list: &[u16]) -> Result<Frame, Rejection> {
 
 impl Frame {
     /// Chapter 5.1, last sentence.
-    fn local(&self, p: Point) -> Point {
+    pub(crate) fn local(&self, p: Point) -> Point {
         let mut local = [0.0; 3];
         for axis in 0..3 {
             local[axis] = (p[axis] - self.origin[axis]) * self.scale;

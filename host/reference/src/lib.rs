@@ -23,6 +23,7 @@ mod fault;
 mod fit;
 mod jacobi;
 mod map;
+mod mixture;
 mod neighbourhood;
 mod quadric;
 mod search;
@@ -43,6 +44,10 @@ pub use jacobi::{Eigen, ascending, eigen};
 pub use map::{
     Estimate, Findings, Gate, Inflation, MapConfig, MapDetection, MapRun, Noise, OutlineRay, Refusal,
     RefusalCode, Support, View, Viewpoint, check_view, run_map, trace_map,
+};
+pub use mixture::{
+    Criterion, MixtureConfig, MixtureDetection, MixtureGate, MixtureRun, Single, fit_single, run_mixture,
+    trace_mixture,
 };
 pub use neighbourhood::{live_points, neighbourhood, seed_point};
 pub use quadric::{Central, Symmetric, size_accepted};

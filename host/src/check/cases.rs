@@ -3,10 +3,11 @@
 //! A case is a function of the seed of the check and of its number, and of nothing else. Only `+ - * /` and `libm`
 //! make it, so that it is the same case on every machine.
 
-use super::{scenes, views};
+use super::{bodies, scenes, views};
 use crate::region_view::RegionView;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
+use varsac_core::mixture::MixtureConfig;
 use varsac_core::{Config, Constraint, Method};
 
 /// What kind of input a case is.
@@ -36,22 +37,34 @@ pub enum Family {
     AllAround,
     /// Views that make no sense to the default search.
     Hostile,
+    /// Whole surfaces in any unit, for the search without a size prior.
+    Whole,
+    /// One view of bodies of unknown size, for the search without a size prior.
+    Unknown,
+    /// Views that make no sense to the search without a size prior.
+    Odd,
+    /// Points for single fits.
+    Single,
     /// A recorded view.
     Recorded,
 }
 
 /// The synthetic families in the order in which case numbers go through them.
-const TURNS: [Family; 16] = [
+const TURNS: [Family; 20] = [
     Family::Surface,
     Family::OneSided,
     Family::View,
     Family::Parts,
+    Family::Whole,
+    Family::Single,
     Family::Cluster,
     Family::Grid,
     Family::Touching,
     Family::Hostile,
     Family::Degenerate,
     Family::OneSided,
+    Family::Unknown,
+    Family::Odd,
     Family::Surface,
     Family::Scale,
     Family::Cluster,
@@ -84,7 +97,7 @@ impl Case {
         let mut dice = Dice::new(seed, number);
         if !recorded.is_empty() && number % 2 == 1 {
             let chosen = &recorded[(number / 2) as usize % recorded.len()];
-            let method = if number % 4 == 1 { Method::Map } else { Method::Varsac };
+            let method = [Method::Map, Method::Varsac, Method::Mixture][(number / 2 % 3) as usize];
             return Self::recorded(chosen, method, &mut dice);
         }
         let turn = if recorded.is_empty() { number } else { number / 2 };
@@ -94,6 +107,10 @@ impl Case {
             Family::OneSided | Family::Cluster | Family::AllAround | Family::Hostile => {
                 return Self::for_the_default_search(family, dice);
             }
+            Family::Whole | Family::Unknown | Family::Odd => {
+                return Self::without_a_prior(family, dice);
+            }
+            Family::Single => bodies::single(&mut dice),
             Family::Surface => scenes::surface(&mut dice, &mut config),
             Family::View => scenes::view(&mut dice, &mut config, 1),
             Family::Touching => scenes::view(&mut dice, &mut config, 2),
@@ -117,11 +134,24 @@ impl Case {
         Self { family, view, config, seed: dice.word64() }
     }
 
+    fn without_a_prior(family: Family, mut dice: Dice) -> Self {
+        let whole = family == Family::Whole;
+        let preset = if whole { MixtureConfig::SURFACE } else { MixtureConfig::VIEW };
+        let mut config = bodies::any_config(&mut dice, preset);
+        let view = match family {
+            Family::Whole => bodies::whole(&mut dice),
+            Family::Odd => bodies::odd(&mut dice, &mut config),
+            _ => bodies::unknown(&mut dice),
+        };
+        Self { family, view, config, seed: dice.word64() }
+    }
+
     fn recorded(chosen: &RecordedView, method: Method, dice: &mut Dice) -> Self {
         let mut config = Config { method, ..Config::jujube() };
         match method {
             Method::Map => views::vary(&mut config, dice),
-            _ => vary(&mut config, dice),
+            Method::Mixture => bodies::vary(&mut config, dice),
+            Method::Varsac => vary(&mut config, dice),
         }
         config.max_trials = 1 + dice.below(40);
         Self { family: Family::Recorded, view: chosen.view.clone(), config, seed: dice.word64() }
@@ -214,12 +244,13 @@ mod tests {
     }
 
     #[test]
-    fn recorded_views_take_every_second_case_and_both_searches() {
+    fn recorded_views_take_every_second_case_and_all_searches() {
         let view = RegionView { pitch_rad: 0.5, ..RegionView::default() };
         let recorded = [RecordedView { name: "one".to_owned(), view }];
         assert_ne!(Case::generate(1, 0, &recorded).family, Family::Recorded);
         let case = |number| Case::generate(1, number, &recorded);
         assert_eq!((case(1).family, case(1).view.pitch_rad), (Family::Recorded, 0.5));
-        assert_eq!((case(1).config.method, case(3).config.method), (Method::Map, Method::Varsac));
+        let methods = [1, 3, 5].map(|number| case(number).config.method);
+        assert_eq!(methods, [Method::Map, Method::Varsac, Method::Mixture]);
     }
 }

@@ -1,6 +1,6 @@
 //! Inputs of the core under the names of the contract, for the reference.
 
-use varsac_core::{CentralQuadric, Config, Constraint, Point3, Viewpoint};
+use varsac_core::{CentralQuadric, Config, Constraint, Noise, Point3, Viewpoint};
 use varsac_reference as reference;
 
 use crate::region_view::RegionView;
@@ -72,12 +72,9 @@ pub fn reference_map_config(config: &Config) -> reference::MapConfig {
         spread_ab: map.prior.spread_ab,
         spread_bc: map.prior.spread_bc,
         boxiness: map.boxiness,
-        noise: reference::Noise { axial: map.noise.axial_mm, lateral: map.noise.lateral_rad },
+        noise: noise(&map.noise),
         independence: map.independence,
-        viewpoint: match map.viewpoint {
-            Viewpoint::Origin => reference::Viewpoint::Origin,
-            Viewpoint::None => reference::Viewpoint::None,
-        },
+        viewpoint: viewpoint(map.viewpoint),
         outline_offset: map.outline_offset_rad,
         hypotheses: u32::from(map.hypotheses),
         hypothesis_steps: u32::from(map.hypothesis_steps),
@@ -103,5 +100,43 @@ pub fn reference_map_config(config: &Config) -> reference::MapConfig {
             through: map.gate.through,
             shared_volume: map.gate.shared_volume,
         },
+    }
+}
+
+/// What a configuration tells the search without a size prior.
+pub fn reference_mixture_config(config: &Config) -> reference::MixtureConfig {
+    let mixture = &config.mixture;
+    reference::MixtureConfig {
+        max_targets: config.max_targets,
+        max_failures: u32::from(config.max_failures),
+        viewpoint: viewpoint(mixture.viewpoint),
+        noise: noise(&mixture.noise),
+        sample: mixture.sample,
+        starts: mixture.starts,
+        area_weight: mixture.area_weight,
+        shape_spread: mixture.shape_spread,
+        outline_offset: mixture.outline_offset_rad,
+        inflation: mixture.inflation,
+        inflation_thin: mixture.inflation_thin,
+        inflation_outliers: mixture.inflation_outliers,
+        gate: reference::MixtureGate {
+            min_points: mixture.gate.min_points,
+            gain: mixture.gate.gain,
+            flat: mixture.gate.flat,
+            coverage: mixture.gate.coverage,
+            misfit: mixture.gate.misfit,
+            uncertain: mixture.gate.uncertain,
+        },
+    }
+}
+
+fn noise(noise: &Noise) -> reference::Noise {
+    reference::Noise { axial: noise.axial_mm, lateral: noise.lateral_rad }
+}
+
+fn viewpoint(viewpoint: Viewpoint) -> reference::Viewpoint {
+    match viewpoint {
+        Viewpoint::Origin => reference::Viewpoint::Origin,
+        Viewpoint::None => reference::Viewpoint::None,
     }
 }

@@ -28,11 +28,12 @@ pub(crate) fn run(case: &Case, recorder: &mut Recorder) {
     let mut labels = vec![0; run.labels().len()];
     let finish = loop {
         match run.step_observed(&mut observer) {
+            Step::Found(detection) if case.config.method == Method::Mixture => observer.body(&detection),
             Step::Working | Step::Found(_) => {}
             Step::Missed(report) => observer.missed(&report),
             Step::Finished(finish) => break finish,
         }
-        if case.config.method == Method::Map && run.labels() != labels {
+        if case.config.method != Method::Varsac && run.labels() != labels {
             labels.copy_from_slice(run.labels());
             observer.recorder.labels(&labels);
         }
@@ -71,7 +72,11 @@ pub(crate) struct CoreObserver<'a> {
 
 impl CoreObserver<'_> {
     fn missed(&mut self, report: &VarsacReport) {
-        let stage = if self.method == Method::Map { Stage::Verdict } else { Stage::Detection };
+        let stage = match self.method {
+            Method::Varsac => Stage::Detection,
+            Method::Map => Stage::Verdict,
+            Method::Mixture => Stage::Body,
+        };
         self.recorder.integers(stage, "missed", core_report(report));
     }
 
@@ -112,6 +117,22 @@ impl CoreObserver<'_> {
         let numbers = [u32::from(detection.target), inliers, candidates];
         let numbers = numbers.into_iter().chain(core_report(&detection.report));
         self.recorder.integers(Stage::Verdict, "detection", numbers);
+    }
+
+    /// What a search without a size prior found: it shows no more to an observer.
+    fn body(&mut self, detection: &Detection) {
+        self.ellipsoid(&detection.ellipsoid);
+        let entries = detection.covariance.as_ref().map_or(&[][..], |covariance| covariance.packed());
+        self.recorder.floats(Stage::Covariance, "covariance", &[entries]);
+        if let Status::Refused(refusal) = &detection.status {
+            let values = [refusal.value, refusal.limit];
+            self.recorder.floats(Stage::Body, refusal.code.name(), &[&values]);
+        }
+        let Score { inliers, candidates } = detection.score;
+        let numbers = [u32::from(detection.target), inliers, candidates];
+        let findings = u32::from(detection.findings.is_some());
+        let numbers = numbers.into_iter().chain([findings]).chain(core_report(&detection.report));
+        self.recorder.integers(Stage::Body, "body", numbers);
     }
 
     /// Everything that follows from a shape: eigenpairs, semi-axes, axes, attitude.

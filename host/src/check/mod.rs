@@ -12,6 +12,7 @@
 //! a second per core, comparison included). `tests/tests/bit_exact.rs` is the short run, with the proof that a difference in
 //! any stage is found.
 
+mod bodies;
 mod cases;
 mod convert;
 mod core_side;
@@ -20,10 +21,11 @@ mod record;
 mod reference_side;
 mod report;
 mod scenes;
+mod singles;
 mod views;
 
 pub use cases::{Family, RecordedView};
-pub use convert::{reference_config, reference_map_config, reference_view};
+pub use convert::{reference_config, reference_map_config, reference_mixture_config, reference_view};
 pub use record::Stage;
 pub use report::{Difference, Outcome};
 
@@ -76,10 +78,11 @@ impl CheckArgs {
         println!("{outcome}");
         let rate = outcome.fits() as f64 / seconds;
         eprintln!(
-            "{} fits, {} searches and {} default searches by both sides in {seconds:.1} s on {} threads: {rate:.0} fits a second",
+            "{} fits, {} searches, {} default searches and {} without a size prior by both sides in {seconds:.1} s on {} threads: {rate:.0} fits a second",
             outcome.fits(),
             outcome.searches(),
             outcome.map_searches(),
+            outcome.mixture_searches(),
             rayon::current_num_threads(),
         );
         outcome.difference.is_none()
@@ -158,12 +161,19 @@ impl Total {
 fn both_sides(case: &Case, recorder: impl Fn() -> Recorder) -> [Recorder; 2] {
     let mut sides = [recorder(), recorder()];
     let [core, reference] = &mut sides;
-    if case.family == Family::Parts {
-        parts::core(case, core);
-        parts::reference(case, reference);
-    } else {
-        core_side::run(case, core);
-        reference_side::run(case, reference);
+    match case.family {
+        Family::Parts => {
+            parts::core(case, core);
+            parts::reference(case, reference);
+        }
+        Family::Single => {
+            singles::core(case, core);
+            singles::reference(case, reference);
+        }
+        _ => {
+            core_side::run(case, core);
+            reference_side::run(case, reference);
+        }
     }
     sides
 }

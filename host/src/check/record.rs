@@ -11,8 +11,8 @@ use varsac_reference::Fnv1a;
 /// Records between two notes of the running hash.
 const SEGMENT: u64 = 32;
 
-/// A stage of a search, in the order of a trial, those of the default search last (it shares the draws and the
-/// hypothesis); its name is what a difference is reported under.
+/// A stage of a search, in the order of a trial, after it those of the default search (it shares the draws and the
+/// hypothesis) and of the search without a prior; its name is what a difference is reported under.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[allow(missing_docs, reason = "the names are those of the chapters of the numeric contract")]
 pub enum Stage {
@@ -42,11 +42,13 @@ pub enum Stage {
     Findings,
     Covariance,
     Verdict,
+    Body,
+    Single,
 }
 
 impl Stage {
     /// How many there are.
-    pub const COUNT: usize = 26;
+    pub const COUNT: usize = 28;
 
     /// All stages with the word (in the plural) that counts their results.
     pub const ALL: [(Self, &'static str); Self::COUNT] = [
@@ -76,6 +78,8 @@ impl Stage {
         (Self::Findings, "findings"),
         (Self::Covariance, "covariances"),
         (Self::Verdict, "verdicts"),
+        (Self::Body, "bodies or none"),
+        (Self::Single, "single fits"),
     ];
 
     /// Of two stages the one that comes first after `last`, in the cycle of trials. When the sides go on

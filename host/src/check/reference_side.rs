@@ -1,7 +1,9 @@
 //! The reference made to write down its results, through its events, in the shape of the core's.
 
 use super::cases::Case;
-use super::convert::{points, reference_config, reference_map_config, reference_view};
+use super::convert::{
+    points, reference_config, reference_map_config, reference_mixture_config, reference_view,
+};
 use super::core_side::rejection;
 use super::record::{Recorder, Stage};
 use varsac_core::Method;
@@ -13,7 +15,7 @@ pub(crate) fn run(case: &Case, recorder: &mut Recorder) {
     match case.config.method {
         Method::Map => map(case, recorder),
         Method::Varsac => paper(case, recorder),
-        Method::Mixture => unreachable!("the contract does not have this search"),
+        Method::Mixture => mixture(case, recorder),
     }
 }
 
@@ -36,6 +38,21 @@ fn map(case: &Case, recorder: &mut Recorder) {
     let mut labels = vec![0; view.points.len()];
     let mut observe = |event| record_map_event(recorder, &mut labels, &event);
     let Ok(run) = reference::trace_map(&view, &config, case.seed, &mut observe) else { return };
+    end(recorder, &run.labels, run.finish);
+}
+
+/// The search without a size prior.
+fn mixture(case: &Case, recorder: &mut Recorder) {
+    let view = reference_view(&case.view);
+    let config = reference_mixture_config(&case.config);
+    recorder.integers(Stage::Cloud, "accepted", [u32::from(reference::check_view(&view).is_ok())]);
+    let mut observe = |event| match event {
+        Event::Missed(found) => recorder.integers(Stage::Body, "missed", report(&found)),
+        Event::MixtureDetection(detection) => body(recorder, &detection),
+        Event::Labels(labels) => recorder.labels(&labels),
+        _ => unreachable!("no event of this search: {event:?}"),
+    };
+    let Ok(run) = reference::trace_mixture(&view, &config, case.seed, &mut observe) else { return };
     end(recorder, &run.labels, run.finish);
 }
 
@@ -97,12 +114,13 @@ pub(crate) fn record_event(recorder: &mut Recorder, limits: [f32; 2], event: &Ev
         | Event::Support(_)
         | Event::Noise(_)
         | Event::Labels(_)
-        | Event::MapDetection(_) => unreachable!("an event of the default search: {event:?}"),
+        | Event::MapDetection(_)
+        | Event::MixtureDetection(_) => unreachable!("an event of another search: {event:?}"),
     }
 }
 
 /// The number of a rejection in the reports of the core.
-fn number_of(reason: reference::Rejection) -> usize {
+pub(crate) fn number_of(reason: reference::Rejection) -> usize {
     match reason {
         reference::Rejection::TooFewPoints => 0,
         reference::Rejection::Degenerate => 1,
@@ -177,6 +195,20 @@ fn judged(recorder: &mut Recorder, detection: &reference::MapDetection) {
     recorder.integers(Stage::Verdict, "detection", numbers.into_iter().chain(report(&detection.report)));
 }
 
+/// What a search without a size prior found.
+fn body(recorder: &mut Recorder, detection: &reference::MixtureDetection) {
+    ellipsoid(recorder, &detection.ellipsoid);
+    let entries = detection.covariance.as_ref().map_or(&[][..], |covariance| covariance);
+    recorder.floats(Stage::Covariance, "covariance", &[entries]);
+    if let Some(refusal) = &detection.refusal {
+        recorder.floats(Stage::Body, code_name(refusal.code), &[&[refusal.value, refusal.limit]]);
+    }
+    let reference::Score { inliers, candidates } = detection.score;
+    // There are no findings.
+    let numbers = [u32::from(detection.target), inliers, candidates, 0];
+    recorder.integers(Stage::Body, "body", numbers.into_iter().chain(report(&detection.report)));
+}
+
 /// The name of a code in the core.
 fn code_name(code: RefusalCode) -> &'static str {
     match code {
@@ -192,6 +224,10 @@ fn code_name(code: RefusalCode) -> &'static str {
         RefusalCode::Through => "through",
         RefusalCode::SharedVolume => "shared_volume",
         RefusalCode::Singular => "singular",
+        RefusalCode::Clutter => "clutter",
+        RefusalCode::Coverage => "coverage",
+        RefusalCode::Shape => "shape",
+        RefusalCode::Vague => "vague",
     }
 }
 

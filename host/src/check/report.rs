@@ -34,6 +34,11 @@ impl Outcome {
     pub fn map_searches(&self) -> u64 {
         self.counts[Stage::Verdict as usize]
     }
+
+    /// Searches without a size prior that both sides made.
+    pub fn mixture_searches(&self) -> u64 {
+        self.counts[Stage::Body as usize]
+    }
 }
 
 impl fmt::Display for Outcome {

@@ -46,7 +46,7 @@ impl Findings {
 
 /// M21: which test a fruit failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs, reason = "the names are those of the table of M21")]
+#[allow(missing_docs, reason = "the names are those of the table of M21 and of X10")]
 pub enum RefusalCode {
     FewPoints,
     SizeConflict,
@@ -60,6 +60,10 @@ pub enum RefusalCode {
     Through,
     SharedVolume,
     Singular,
+    Clutter,
+    Coverage,
+    Shape,
+    Vague,
 }
 
 /// M21: the test that a fruit failed, its value and limit.

@@ -1,6 +1,6 @@
 //! The covariance of centre, axes and semi-axes: contract, chapter M20.
 
-use super::algebra::{damped, inverse};
+use super::algebra::{Lower, damped, inverse};
 use super::model::Estimate;
 use super::normal::Normal;
 use crate::Symmetric;
@@ -24,6 +24,17 @@ pub(crate) fn covariance(
             b[j][i] = b[i][j];
         }
     }
+    let inflation = if fault::is(Fault::Covariance) { inflation } else { 1.0 };
+    of_the_ellipsoid(&b, estimate, semi_axes, order).map(|entries| entries.map(|entry| inflation * entry))
+}
+
+/// M20, from `B` on (all of it, both halves).
+pub(crate) fn of_the_ellipsoid(
+    b: &Lower,
+    estimate: &Estimate,
+    semi_axes: [f32; 3],
+    order: [usize; 3],
+) -> Option<[f32; 45]> {
     let mut t = [[0.0; 9]; 9];
     for i in 0..3 {
         for k in 0..3 {
@@ -48,7 +59,7 @@ pub(crate) fn covariance(
             for k in 0..9 {
                 sum += w[i][k] * t[j][k];
             }
-            covariance[next] = if fault::is(Fault::Covariance) { inflation * sum } else { sum };
+            covariance[next] = sum;
             next += 1;
         }
     }

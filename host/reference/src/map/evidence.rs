@@ -52,8 +52,9 @@ impl Evidence<'_> {
     /// M7: the residuals of all rays that fit, in order.
     pub(crate) fn touching(&self, model: &Model, terms: &Terms) -> Vec<Touch> {
         let mut touching = Vec::new();
+        let [first, _, third] = model.semi_axes;
         for ray in &self.view.outline {
-            touching.extend(Touch::of(ray, model, terms));
+            touching.extend(Touch::of(ray, model, [first, third], terms.noise.axial, terms.wider));
         }
         touching
     }
@@ -71,12 +72,17 @@ pub(crate) struct Touch {
 
 impl Touch {
     /// M7: `touch`.
-    fn of(ray: &OutlineRay, model: &Model, terms: &Terms) -> Option<Self> {
-        let [first, _, third] = model.semi_axes;
+    pub(crate) fn of(
+        ray: &OutlineRay,
+        model: &Model,
+        [first, third]: [f32; 2],
+        axial_noise: f32,
+        wider: f32,
+    ) -> Option<Self> {
         let Approach { w, near, e, miss, .. } = Approach::new(model, ray.inner);
         let size = libm::sqrtf(dot(w, w));
         let depth = ray.inner[2] * (1.0 + near);
-        let slack = 3.0 * terms.noise.axial;
+        let slack = 3.0 * axial_noise;
         let behind = ray.inner[2] - depth;
         let distance = libm::sqrtf(miss);
         let fits = size > 0.6
@@ -97,7 +103,7 @@ impl Touch {
         Some(Self {
             u,
             value: distance - 1.0,
-            variance: ((ray.sigma * ray.sigma) * (terms.wider * terms.wider)) * lev2,
+            variance: ((ray.sigma * ray.sigma) * (wider * wider)) * lev2,
             lever: libm::sqrtf(lev2),
         })
     }

@@ -118,7 +118,7 @@ fn free_fit(
 }
 
 /// M18.3: the ellipsoid with its semi-axes in descending order, and their numbers in the estimate.
-fn sorted(estimate: &Estimate) -> (Ellipsoid, [usize; 3]) {
+pub(crate) fn sorted(estimate: &Estimate) -> (Ellipsoid, [usize; 3]) {
     let sizes = estimate.semi_axes();
     let mut order = [0, 1, 2];
     for (first, second) in [(0, 1), (1, 2), (0, 1)] {

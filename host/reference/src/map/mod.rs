@@ -6,25 +6,25 @@
 //! several `candidates` (M12), then one `fruit` (M13) with the noise that it shows (M14). When all are found, neighbours
 //! are refitted beside each other (`neighbours`, M16 and M17), and each fruit is judged (M18 to M21).
 
-mod accept;
-mod algebra;
+pub(crate) mod accept;
+pub(crate) mod algebra;
 mod candidates;
-mod contact;
-mod covariance;
-mod evidence;
+pub(crate) mod contact;
+pub(crate) mod covariance;
+pub(crate) mod evidence;
 mod fruit;
 mod hypothesis;
-mod judge;
-mod model;
+pub(crate) mod judge;
+pub(crate) mod model;
 mod neighbours;
 mod noise;
-mod normal;
+pub(crate) mod normal;
 mod prior;
-mod run;
+pub(crate) mod run;
 mod size_evidence;
-mod step;
+pub(crate) mod step;
 mod support;
-mod view;
+pub(crate) mod view;
 
 pub use accept::{Findings, Refusal, RefusalCode};
 pub use judge::MapDetection;

@@ -58,16 +58,26 @@ pub(crate) struct Model {
 impl Model {
     /// M4: the model of an estimate under a noise and a viewpoint.
     pub(crate) fn new(estimate: &Estimate, noise: Noise, viewpoint: Viewpoint) -> Self {
-        let [a, b, c] = estimate.semi_axes();
+        Self::of(estimate.centre, &estimate.axes, estimate.semi_axes(), noise, viewpoint)
+    }
+
+    /// M4, from the semi-axes themselves.
+    pub(crate) fn of(
+        centre: Point,
+        axes: &[[f32; 3]; 3],
+        [a, b, c]: Vector,
+        noise: Noise,
+        viewpoint: Viewpoint,
+    ) -> Self {
         let inverse = [1.0 / a, 1.0 / b, 1.0 / c];
         let [ia, ib, ic] = inverse;
-        let mut rows = estimate.axes;
+        let mut rows = *axes;
         for k in 0..3 {
             for i in 0..3 {
                 rows[k][i] *= inverse[k];
             }
         }
-        let range2 = dot(estimate.centre, estimate.centre);
+        let range2 = dot(centre, centre);
         let (axial, lateral) = match viewpoint {
             Viewpoint::Origin => {
                 ((noise.axial * noise.axial) / range2, (noise.lateral * noise.lateral) * range2)
@@ -75,7 +85,7 @@ impl Model {
             Viewpoint::None => (0.0, noise.axial * noise.axial),
         };
         Self {
-            centre: estimate.centre,
+            centre,
             semi_axes: [a, b, c],
             rows,
             inverse,

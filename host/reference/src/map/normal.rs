@@ -162,7 +162,7 @@ pub(crate) fn moments(residuals: &[Residual], s: &[f32; 9]) -> (Lower, [f32; 9])
 }
 
 /// M9: a parameter that is to be eliminated.
-struct Row {
+pub(crate) struct Row {
     information: f32,
     coupling: [f32; 9],
     gradient: f32,
@@ -170,13 +170,13 @@ struct Row {
 
 impl Row {
     /// With a standard deviation and the present value.
-    fn new(deviation: f32, value: f32) -> Self {
+    pub(crate) fn new(deviation: f32, value: f32) -> Self {
         let information = 1.0 / (deviation * deviation);
         let gradient = if deviation > 0.0 { information * value } else { 0.0 };
         Self { information, coupling: [0.0; 9], gradient }
     }
 
-    fn gain(&mut self, residual: &Residual, slope: f32) {
+    pub(crate) fn gain(&mut self, residual: &Residual, slope: f32) {
         let h = residual.weight * slope;
         self.information += h * slope;
         for i in 0..9 {
@@ -199,7 +199,7 @@ impl Normal {
     }
 
     /// M9.5.
-    fn eliminate(&mut self, displacement: &Row, boxiness: &Row, both: f32, s: &[f32; 9]) {
+    pub(crate) fn eliminate(&mut self, displacement: &Row, boxiness: &Row, both: f32, s: &[f32; 9]) {
         let mut d = [0.0; 9];
         let mut b = [0.0; 9];
         for i in 0..9 {

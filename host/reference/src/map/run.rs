@@ -71,7 +71,7 @@ pub fn check_view(view: &View) -> Result<(), CloudError> {
 }
 
 /// M2: what counts of a view.
-fn as_seen(view: &View, viewpoint: Viewpoint) -> View {
+pub(crate) fn as_seen(view: &View, viewpoint: Viewpoint) -> View {
     let mut seen = view.clone();
     if seen.in_mask > seen.points.len() {
         seen.in_mask = seen.points.len();

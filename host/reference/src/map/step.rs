@@ -16,8 +16,19 @@ pub(crate) fn step(estimate: &Estimate, normal: &Normal) -> Option<Estimate> {
             return None;
         }
     }
+    let follower = &normal.follower;
+    let mut q = follower.gradient;
+    for i in 0..9 {
+        q += follower.b[i] * d[i];
+    }
+    let boxiness = estimate.boxiness + (-(q * follower.inverse));
+    Some(Estimate { boxiness, ..moved(estimate, &d, 0.5 * libm::expf(estimate.x[2])) })
+}
+
+/// M10: the estimate moved by `d`, its centre by no more than `limit`; the boxiness stays.
+pub(crate) fn moved(estimate: &Estimate, d: &[f32; 9], limit: f32) -> Estimate {
     let axes = &estimate.axes;
-    let v = limited([d[0], d[1], d[2]], 0.5 * libm::expf(estimate.x[2]));
+    let v = limited([d[0], d[1], d[2]], limit);
     let mut centre = estimate.centre;
     for i in 0..3 {
         centre[i] = if fault::is(Fault::Step) {
@@ -28,13 +39,7 @@ pub(crate) fn step(estimate: &Estimate, normal: &Normal) -> Option<Estimate> {
     }
     let z = limited([d[6], d[7], d[8]], 0.3);
     let x = [estimate.x[0] + z[0], estimate.x[1] + z[1], estimate.x[2] + z[2]];
-    let follower = &normal.follower;
-    let mut q = follower.gradient;
-    for i in 0..9 {
-        q += follower.b[i] * d[i];
-    }
-    let boxiness = estimate.boxiness + (-(q * follower.inverse));
-    Some(Estimate { centre, axes: turned(axes, limited([d[3], d[4], d[5]], 0.5)), x, boxiness })
+    Estimate { centre, axes: turned(axes, limited([d[3], d[4], d[5]], 0.5)), x, ..*estimate }
 }
 
 /// M10: `limited(v, limit)`.
