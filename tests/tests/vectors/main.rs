@@ -5,6 +5,7 @@
 mod fits;
 mod format;
 mod maps;
+mod mixtures;
 mod searches;
 mod stages;
 mod traces;

@@ -4,6 +4,7 @@ use super::moments::Moments;
 use super::shell::Shell;
 use crate::Symmetric;
 use crate::ellipsoid::with_signs;
+use crate::fault::{self, Fault};
 use crate::jacobi::{ascending, eigen};
 use crate::map::algebra::{Vector, adj, det, dot, minus, product};
 use crate::map::model::Estimate;
@@ -56,7 +57,7 @@ impl Blob {
         Some(Self {
             mean: [self.mean[0] + moved[0], self.mean[1] + moved[1], self.mean[2] + moved[2]],
             covariance,
-            share: if share < 0.98 { share } else { 0.98 },
+            share: if share < 0.98 || fault::is(Fault::Blob) { share } else { 0.98 },
         })
     }
 

@@ -3,6 +3,7 @@
 use super::look::Pass;
 use super::numbers::{longest, smallest, within};
 use super::shell::{Shell, held};
+use crate::fault::{self, Fault};
 use crate::fit::{factor, solve};
 use crate::map::step::moved;
 
@@ -28,7 +29,7 @@ pub(crate) fn climb(shell: &Shell, pass: &Pass, least: f32, most: f32) -> Option
     }
     let estimate = held(&moved(&shell.estimate, &d, 0.5 * longest(shell.estimate.x)));
     let t = 0.7 * smallest(estimate.x);
-    let m = if t < most { t } else { most };
+    let m = if t < most && !fault::is(Fault::Climb) { t } else { most };
     let sigma = within(shell.sigma * libm::sqrtf(pass.squares / pass.members), least, m);
     let share = within(pass.members / pass.points as f32, 0.02, 0.99);
     Some(Climb { shell: Shell { estimate, sigma, share }, promise: promise(&d, &pass.normal.gradient) })
