@@ -346,8 +346,10 @@ fn search<const N: usize>(
         } else {
             steps += 1;
             match run.step_observed(&mut tally) {
-                Step::Working | Step::Missed(_) => {}
+                Step::Working => {}
+                Step::Missed(report) => tally.reported += report.trials,
                 Step::Found(detection) => {
+                    tally.reported += detection.report.trials;
                     targets = detection.target;
                     let (score, status) = (detection.score, detection.status);
                     machine.log(Event::Found { target: targets, score, status });
@@ -360,10 +362,14 @@ fn search<const N: usize>(
     After::SameSession
 }
 
-/// Counts what becomes of the trials, so that a search that was cut short can still be reported.
+/// Counts what becomes of the trials, so that a search that was cut short can still be reported. The search without a size prior
+/// shows none while it runs; its reports count them.
 #[derive(Debug, Clone, Copy, Default)]
 struct Tally {
+    /// Trials that were seen to end.
     trials: u32,
+    /// Trials of the searches that are over.
+    reported: u32,
     rejections: [u32; REJECTIONS],
     /// Where the latest estimate of the default search stood.
     stage: Option<Stage>,
@@ -393,6 +399,7 @@ impl Observer for Tally {
 
 impl Tally {
     fn report(&self, ending: Ending, targets: u8, steps: u32, stack_bytes: Option<u32>) -> Report {
-        Report { ending, targets, trials: self.trials, steps, rejections: self.rejections, stack_bytes }
+        let trials = self.trials.max(self.reported);
+        Report { ending, targets, trials, steps, rejections: self.rejections, stack_bytes }
     }
 }

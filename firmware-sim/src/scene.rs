@@ -188,7 +188,7 @@ pub(crate) fn uniform(stream: &mut Stream) -> f32 {
 }
 
 /// A unit vector, equally likely in all directions.
-fn direction(stream: &mut Stream) -> [f32; 3] {
+pub(crate) fn direction(stream: &mut Stream) -> [f32; 3] {
     let z = 2.0 * uniform(stream) - 1.0;
     let angle = core::f32::consts::TAU * uniform(stream);
     let rim = libm::sqrtf(1.0 - z * z);

@@ -72,15 +72,17 @@ impl Demo {
         let centres = |list: &[EllipsoidF64]| list.iter().map(|e| e.centre_mm).collect::<Vec<_>>();
         let matching = match_centres(&centres(&truths), &centres(&found), GATE_MM);
 
+        let accepted = |k: usize| self.located.targets[k].refusal.is_none();
         let mut text = format!(
-            "A rendered Kinect v2 view (mean of 16 exposures): {} jujubes, {} targets found, {} false.\n\n",
+            "A rendered Kinect v2 view: {} jujubes; {} of {} targets accepted, {} of them false.\n\n",
             truths.len(),
+            (0..found.len()).filter(|&k| accepted(k)).count(),
             found.len(),
-            matching.false_detections.len()
+            matching.false_detections.iter().filter(|&&k| accepted(k)).count()
         );
         let _ = writeln!(
             text,
-            "  {:>2}  {:>24}  {:>7}  {:>24}  {:>9}  {:>8}  {:>8}",
+            "  {:>2}  {:>24}  {:>7}  {:>24}  {:>9}  {:>8}  {:>8}  status",
             "#", "true centre mm", "visible", "found centre mm", "centre mm", "size mm", "axis deg"
         );
         for (k, (truth, fruit)) in truths.iter().zip(&self.truth).enumerate() {
@@ -96,15 +98,17 @@ impl Demo {
                 None => text.push_str("  not found\n"),
                 Some(pair) => {
                     let fit = &found[pair.detection];
+                    let refusal = &self.located.targets[pair.detection].refusal;
                     let size: f64 = (0..3).map(|i| (truth.semi_axes_mm[i] - fit.semi_axes_mm[i]).abs()).sum();
                     let axis = axis_error_deg(truth, fit, EQUAL_AXES_RATIO);
                     let _ = writeln!(
                         text,
-                        "  {:>24}  {:>9.2}  {:>8.2}  {:>8}",
+                        "  {:>24}  {:>9.2}  {:>8.2}  {:>8}  {}",
                         place(fit.centre_mm),
                         pair.distance_mm,
                         size / 3.0,
-                        axis.map_or_else(|| "-".to_owned(), |deg| format!("{deg:.1}"))
+                        axis.map_or_else(|| "-".to_owned(), |deg| format!("{deg:.1}")),
+                        refusal.as_ref().map_or_else(|| "accepted".to_owned(), ToString::to_string)
                     );
                 }
             }

@@ -135,8 +135,8 @@ pub fn pitch_of(points: &[Point3]) -> f32 {
 impl ViewOptions {
     /// Points a region may have unless said otherwise: a fruit of the nearest kind fills half of it.
     pub const CAPACITY: usize = 1024;
-    /// Outline rays a region may have unless said otherwise.
-    pub const OUTLINE_CAPACITY: usize = 128;
+    /// Outline rays a region may have unless said otherwise: what a co-processor takes.
+    pub const OUTLINE_CAPACITY: usize = varsac_core::link::payload::OUTLINE_CAPACITY;
 
     /// What a search with `config` wants to see: surfaces count as separate at nine tenths of the shortest semi-axis.
     pub fn of(config: &Config) -> Self {

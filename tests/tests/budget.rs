@@ -14,7 +14,7 @@ use varsac_tests::golden::{self, Figures};
 
 const KIB: u64 = 1024;
 
-/// Functions of the library that a program which searches calls, and all of them. Both searches are in each: which one runs
+/// Functions of the library that a program which searches calls, and all of them. All searches are in each: which one runs
 /// is decided when it runs.
 const SEARCH: [&str; 2] = ["varsac_config_preset", "varsac_detect"];
 const EVERYTHING: [&str; 8] = [
@@ -27,6 +27,8 @@ const EVERYTHING: [&str; 8] = [
     "varsac_verdict_text",
     "varsac_version",
 ];
+/// What `prove counts` can be asked for. Each is a run of its own: the stack is painted once.
+const SEARCHES: [&str; 3] = ["paper", "map", "mixture"];
 
 fn tool(name: &str, arguments: &[&str]) -> String {
     let output = Command::new(name).args(arguments).output().unwrap_or_else(|error| {
@@ -80,21 +82,26 @@ fn the_core_fits_its_budget() {
         let value = figures[name];
         assert!(value <= limit, "{name} is {value}, above {limit}");
     };
-    // 64 KiB for everything holds for size and is missed for speed. 32 KiB for the paper's search alone was for a library that
-    // had no other: which search runs is decided at run time, so both are linked.
-    at_most("m4f.Os.everything_bytes", 64 * KIB);
-    at_most("m4f.O2.everything_bytes", 80 * KIB);
+    // 64 KiB for everything held for size, and was missed for speed, while there were two searches; the one without a size prior
+    // brings a third of what there is now. 32 KiB for the paper's search alone was for a library that had no other: which
+    // search runs is decided at run time, so all are linked.
+    at_most("m4f.Os.everything_bytes", 80 * KIB);
+    at_most("m4f.O2.everything_bytes", 108 * KIB);
     at_most("memory.bytes_per_point", 17);
     at_most("memory.finds_bytes_host", 6 * KIB);
     at_most("m4f.tebc_point_x100", 4000);
-    // 4 KiB for the paper's search and 8 KiB for any are missed by a little; 3 KiB of each figure are frames of the measuring
-    // program. The M3's arithmetic is the compiler's library, which inlines differently.
+    // 8 KiB for any search hold; 4 KiB for the paper's are missed: 3 KiB of each figure are frames of the measuring program. The
+    // M3's arithmetic is the compiler's library, which inlines differently, and there both are missed.
     for board in &BOARDS {
-        let (paper, any) = if board.name == "m3" { (9 * KIB, 11 * KIB) } else { (6 * KIB, 9 * KIB) };
+        let (paper, any) = if board.name == "m3" { (9 * KIB, 11 * KIB) } else { (6 * KIB, 8 * KIB) };
         at_most(&format!("{}.stack_bytes", board.name), paper);
         at_most(&format!("{}.map.stack_bytes", board.name), any);
+        at_most(&format!("{}.mixture.stack_bytes", board.name), any);
     }
     at_most("m4f.map.fruit", 6_000_000);
+    at_most("m4f.map.longest_step", 250_000);
+    at_most("m4f.mixture.surface", 22_000_000);
+    at_most("m4f.mixture.longest_step", 350_000);
 }
 
 fn sizes(figures: &mut Figures) {
@@ -124,12 +131,15 @@ fn memory(figures: &mut Figures) {
 
 fn counts(board: &Board, figures: &mut Figures) {
     let elf = build(board, Program::Prove, None).unwrap_or_else(|error| panic!("{error}"));
-    let (text, code) = emulator::run(board, &elf, &["counts"], true, Duration::from_secs(120))
-        .unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(code, 0, "{}: {text}", board.name);
-    for line in text.lines() {
-        let (name, value) = line.split_once(' ').unwrap_or_else(|| panic!("{}: {line}", board.name));
-        figures.insert(format!("{}.{name}", board.name), value.parse().unwrap_or_else(|_| panic!("{line}")));
+    for search in SEARCHES {
+        let (text, code) = emulator::run(board, &elf, &["counts", search], true, Duration::from_secs(300))
+            .unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(code, 0, "{}: {text}", board.name);
+        for line in text.lines() {
+            let (name, value) = line.split_once(' ').unwrap_or_else(|| panic!("{}: {line}", board.name));
+            let value = value.parse().unwrap_or_else(|_| panic!("{line}"));
+            figures.insert(format!("{}.{name}", board.name), value);
+        }
     }
 }
 
@@ -153,6 +163,8 @@ fn the_library_has_no_panic_no_allocator_and_no_formatting() {
         let arithmetic =
             |name: &&str| name.starts_with("__aeabi_") || name.starts_with("mem") || name.starts_with("__");
         assert!(undefined.iter().all(arithmetic), "O{level}: {undefined:?}");
-        assert!(ours.contains("MapRun"), "O{level}: the default search is not in what was looked at");
+        for search in ["MapRun", "MixtureRun"] {
+            assert!(ours.contains(search), "O{level}: {search} is not in what was looked at");
+        }
     }
 }

@@ -177,6 +177,42 @@ fn every_refusal_has_its_number_in_the_header() {
 }
 
 #[test]
+fn every_method_and_every_preset_has_its_number_in_the_header() {
+    let header = std::fs::read_to_string(capi().join("include/varsac.h")).unwrap();
+    let types = std::fs::read_to_string(capi().join("src/types.rs")).unwrap();
+    let search = std::fs::read_to_string(capi().join("src/search.rs")).unwrap();
+    // `0 => Method::Map,` and `0 => Config::jujube(),`.
+    let arms = |source: &str, of: &str| -> Vec<(String, String)> {
+        let arms = source.lines().filter_map(|line| line.trim().split_once(&format!(" => {of}::")));
+        let numbered = arms.filter(|(number, _)| number.parse::<u8>().is_ok());
+        let named = |name: &str| name.trim_end_matches(',').trim_end_matches("()").to_uppercase();
+        numbered.map(|(number, name)| (number.to_owned(), named(name))).collect()
+    };
+    for (prefix, arms) in [("METHOD", arms(&types, "Method")), ("PRESET", arms(&search, "Config"))] {
+        for (number, name) in &arms {
+            let expected = format!(" VARSAC_{prefix}_{name} = {number}");
+            let ends = |rest: &str| rest.starts_with([',', ' ', '/', '\n']);
+            assert!(header.split(&expected).skip(1).any(ends), "the header lacks:{expected}");
+        }
+        assert!(arms.len() >= 3, "{prefix}: {arms:?}");
+        let prefix = format!("VARSAC_{prefix}_");
+        assert_eq!(arms.len(), header.lines().filter(|line| line.trim().starts_with(&prefix)).count());
+    }
+}
+
+#[test]
+fn every_verdict_has_its_words() {
+    let header = std::fs::read_to_string(capi().join("include/varsac.h")).unwrap();
+    let source = std::fs::read_to_string(capi().join("src/text.rs")).unwrap();
+    let words = between(&source, "extern \"C\" fn varsac_verdict_text", "\n}\n");
+    let refusals = header.matches(" VARSAC_REFUSED_").count();
+    for number in 0..=refusals {
+        assert!(words.contains(&format!(" {number} => c\"")), "no words for verdict {number}");
+    }
+    assert_eq!(words.matches(" => c\"").count(), refusals + 2, "and one text for what is none");
+}
+
+#[test]
 fn every_field_that_the_core_can_object_to_has_its_name_in_c() {
     let names = std::fs::read_to_string(capi().join("src/text.rs")).unwrap();
     let header = std::fs::read_to_string(capi().join("include/varsac.h")).unwrap();

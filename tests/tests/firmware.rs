@@ -6,15 +6,17 @@ use std::time::{Duration, Instant};
 
 use varsac_core::link::payload::{Ending, OUTLINE_CAPACITY};
 use varsac_core::link::{Message, Reason};
+use varsac_core::mixture::MixtureConfig;
 use varsac_core::{Config, Detector, Finish, Point3, RefusalCode, Workspace};
 use varsac_firmware_sim::app::{Event, Limits};
 use varsac_firmware_sim::board::{BOARDS, Board, by_name};
+use varsac_firmware_sim::body;
 use varsac_firmware_sim::native::{Native, limits};
 use varsac_firmware_sim::scene::{self, Digested, SCENE_POINTS};
 use varsac_firmware_sim::view::{self, Canvas};
 use varsac_host::region_view::RegionView;
 use varsac_host::simulate::client::ClientError;
-use varsac_host::simulate::expected::{demo_cloud, demo_view};
+use varsac_host::simulate::expected::{demo_body, demo_cloud, demo_view};
 use varsac_host::simulate::firmware::{Program, build};
 use varsac_host::simulate::transport::Thread;
 use varsac_host::simulate::{Carrier, Client, Emulator, Job, Outcome, Transport, compare, emulator};
@@ -91,6 +93,30 @@ fn the_default_search_goes_over_the_link_with_mask_outline_verdict_and_covarianc
     assert_ne!(with, checked(&mut client, &config, &without, 0).targets);
     let all_in_mask = RegionView { in_mask: view.points.len(), ..view };
     assert_ne!(with, checked(&mut client, &config, &all_in_mask, 0).targets);
+}
+
+#[test]
+fn the_search_without_a_size_prior_goes_over_the_link() {
+    let mut client = native(limits(None));
+    let (mut accepted, mut refused) = (0, 0);
+    for number in 0..8 {
+        let (cloud, config) = (demo_body(number, 300), Config::surface());
+        let outcome = checked(&mut client, &config, &cloud, number);
+        assert!(outcome.report.trials > u32::from(config.mixture.starts));
+        accepted += outcome.targets.iter().filter(|target| target.refusal.is_none()).count();
+        refused += outcome.targets.iter().filter(|target| target.refusal.is_some()).count();
+        // Of one view, too: mask and outline bear on it.
+        let view = demo_view(number);
+        let with = checked(&mut client, &Config::unknown(), &view, number).targets;
+        let without = RegionView { outline: Vec::new(), ..view };
+        assert_ne!(with, checked(&mut client, &Config::unknown(), &without, number).targets, "view {number}");
+        assert!(with.iter().all(|target| target.covariance.is_some() && target.findings.is_none()));
+    }
+    println!("8 surfaces: {accepted} accepted, {refused} refused");
+    assert!(
+        accepted >= 6 && refused >= 2,
+        "{accepted} accepted, {refused} refused: the scenes prove nothing"
+    );
 }
 
 #[test]
@@ -309,6 +335,9 @@ fn every_board_answers_over_its_uart_with_the_bits_of_the_host() {
             let outcome = checked(&mut client, &view::config(number), &demo_view(number), number);
             assert!(!outcome.targets.is_empty(), "{}: view {number}", entry.name);
         }
+        let mixture = MixtureConfig { sample: 100, starts: 1, ..MixtureConfig::SURFACE };
+        let outcome = checked(&mut client, &Config { mixture, ..Config::surface() }, &demo_body(0, 100), 0);
+        assert!(!outcome.targets.is_empty(), "{}: a body without a size prior", entry.name);
     }
 }
 
@@ -353,9 +382,10 @@ fn a_missing_target_is_said_with_what_to_install() {
     assert!(error.contains("rustup target add thumbv4t-none-eabi"), "{error}");
 }
 
-/// Searches whose digests every board must reproduce: the paper's, and the default one's.
+/// Searches whose digests every board must reproduce: the paper's, the default one's, and those without a size prior.
 const DIGESTS: u64 = 1000;
 const VIEW_DIGESTS: u64 = 100;
+const BODY_DIGESTS: u64 = 16;
 
 #[test]
 fn a_thousand_searches_have_the_same_digest_on_every_board() {
@@ -379,6 +409,21 @@ fn a_hundred_default_searches_have_the_same_digest_on_every_board() {
     assert!(u64::from(accepted) * 4 > VIEW_DIGESTS * 3, "only {accepted} accepted: the views prove nothing");
     assert!(targets > accepted, "nothing was refused: the views prove nothing about refusals");
     same_on_every_board("views", &found);
+}
+
+#[test]
+fn searches_without_a_size_prior_have_the_same_digest_on_every_board() {
+    let mut canvas = Box::new(Canvas::new());
+    let mut workspace = Workspace::new();
+    let found: Vec<Digested> =
+        (0..BODY_DIGESTS).map(|number| body::search_digest(number, &mut canvas, &mut workspace)).collect();
+    let accepted: u32 = found.iter().map(|found| found.accepted).sum();
+    let targets: u32 = found.iter().map(|found| found.targets).sum();
+    assert!(
+        accepted >= 4 && targets >= accepted + 4,
+        "{accepted} of {targets} accepted: the scenes prove nothing"
+    );
+    same_on_every_board("bodies", &found);
 }
 
 /// Has `prove` do the same searches on all boards.

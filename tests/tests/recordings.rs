@@ -103,9 +103,12 @@ fn open_apples(folder: &Path, name: &str) -> Vec<(u8, f64)> {
         .collect()
 }
 
-/// For each unoccluded apple of both orchard frames its caliper diameter and, where a target with its centre in the
-/// apple's instance was accepted, the mean of the target's diameters, mm; and the number of all accepted targets.
-fn measured(regions: impl Fn() -> RegionSource) -> Option<(Vec<(f64, Option<f64>)>, usize)> {
+/// An apple's caliper diameter and, where a target with its centre in the apple's instance was accepted, the mean of the
+/// target's diameters, mm.
+type Apple = (f64, Option<f64>);
+
+/// The unoccluded apples of both orchard frames, and the number of all accepted targets.
+fn measured(regions: impl Fn() -> RegionSource) -> Option<(Vec<Apple>, usize)> {
     let folder = recordings("frames")?;
     let (mut apples, mut targets) = (Vec::new(), 0);
     for name in ["fuji-121804", "fuji-125309"] {

@@ -4,7 +4,7 @@
  * Nothing here is thread-safe by itself and nothing needs to be: all memory is the caller's, so two searches with
  * two workspaces can run at the same time.
  *
- * A search takes up to 8 KiB of stack on a Cortex-M.
+ * A search takes up to 8 KiB of stack on a Cortex-M with floating point, 11 KiB without.
  *
  * Link with libvarsac.a. Do not switch flush-to-zero on (-ffast-math may do so): results would differ.
  */
@@ -143,16 +143,16 @@ typedef struct varsac_config {
     uint32_t max_trials;        /* hypotheses per target at most; 1 to 1000000 */
     uint16_t min_inliers;       /* points that must support a target; 1 to 65535 */
     uint8_t refits;             /* least-squares refits of the best hypothesis; 0 to 10 */
-    /* Both. */
+    /* All searches. */
     uint8_t max_targets;        /* 1 to 255; the default search finds at most 32 */
     uint8_t max_failures;       /* searches without a result after which the cloud is given up; 1 to 255 */
     /* The paper's search. */
     uint8_t constraint;         /* 0: a11 = 1 (the paper); 1: unit trace (the same answer in every frame) */
     uint8_t sample_size_count;  /* 1 to 16 */
     uint8_t sample_sizes[16];   /* 9 to 32 each, tried in turn */
-    /* Which of the two: VARSAC_METHOD_MAP or VARSAC_METHOD_VARSAC. */
+    /* Which search: VARSAC_METHOD_MAP, VARSAC_METHOD_VARSAC or VARSAC_METHOD_MIXTURE. */
     uint8_t method;
-    /* The default search. */
+    /* The default search; without a size prior, viewpoint and noise are those of the mixture. */
     varsac_map_t map;
 } varsac_config_t;
 VARSAC_ASSERT(sizeof(varsac_config_t) == 172, "no padding");

@@ -218,6 +218,7 @@ mod tests {
     use crate::{
         Findings, Finish, Gate, Inflation, MapConfig, Method, Noise, Refusal, RefusalCode, SizePrior,
         Viewpoint,
+        mixture::{MixtureConfig, MixtureGate},
     };
 
     const FULL: [u8; CHUNK_BYTES] = [0xFF; CHUNK_BYTES];
@@ -255,6 +256,7 @@ mod tests {
                 max_trials: u32::MAX,
                 min_inliers: u16::MAX,
                 map: MapConfig { hypotheses: u16::MAX, ..Config::jujube().map },
+                mixture: MixtureConfig { sample: u16::MAX, ..MixtureConfig::VIEW },
                 ..Config::jujube()
             }),
             Message::CloudBegin(CloudBegin {
@@ -271,7 +273,7 @@ mod tests {
             Message::Poll,
             Message::Target(Target {
                 target: u8::MAX,
-                refusal: Some(Refusal { code: RefusalCode::Singular, value: 1.0, limit: -1.0 }),
+                refusal: Some(Refusal { code: RefusalCode::Vague, value: 1.0, limit: -1.0 }),
                 centre_mm: [1.0, -2.0, 700.0],
                 semi_axes_mm: [22.0, 11.0, 11.0],
                 axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
@@ -370,7 +372,7 @@ mod tests {
     #[test]
     fn the_bytes_of_a_configuration_belong_to_this_version() {
         let mut content = [0; MAX_PAYLOAD];
-        // The printed values of Table 5 do not change; the numbers of the default search count up.
+        // The printed values of Table 5 do not change; the numbers of the other searches count up.
         let map = MapConfig {
             prior: SizePrior {
                 semi_axes_mm: [1.0, 2.0, 3.0],
@@ -404,7 +406,27 @@ mod tests {
                 shared_volume: 27.0,
             },
         };
-        let config = Config { method: Method::Varsac, map, ..Config::table5() };
+        let mixture = MixtureConfig {
+            viewpoint: Viewpoint::Origin,
+            noise: Noise { axial_mm: 28.0, lateral_rad: 29.0 },
+            sample: 302,
+            starts: 35,
+            area_weight: 30.0,
+            shape_spread: 31.0,
+            outline_offset_rad: 32.0,
+            inflation: 33.0,
+            inflation_thin: 34.0,
+            inflation_outliers: 35.0,
+            gate: MixtureGate {
+                min_points: 36.0,
+                gain: 37.0,
+                coverage: 38.0,
+                flat: 39.0,
+                misfit: 40.0,
+                uncertain: 41.0,
+            },
+        };
+        let config = Config { method: Method::Mixture, map, mixture, ..Config::table5() };
         let bytes = postcard::to_slice(&config, &mut content).unwrap();
         let paper = [
             0x33, 0x33, 0x73, 0x3F, // confidence 0.95
@@ -420,7 +442,7 @@ mod tests {
             16,   // max_targets
             1,    // max_failures
             0,    // constraint a11
-            1,    // method varsac
+            2,    // method mixture
         ];
         let floats = |numbers: core::ops::RangeInclusive<u8>| {
             numbers.flat_map(|number| f32::from(number).to_le_bytes())
@@ -433,8 +455,38 @@ mod tests {
             .chain([0xAC, 0x02, 31, 32, 33, 34]) // hypotheses 300, steps, kept, steps
             .chain(floats(14..=16)) // inflation
             .chain([0xAD, 0x02]) // min_points 301
-            .chain(floats(17..=27)); // the other limits
+            .chain(floats(17..=27)) // the other limits
+            .chain([0]) // mixture: viewpoint origin
+            .chain(floats(28..=29)) // noise
+            .chain([0xAE, 0x02, 35]) // sample 302, starts
+            .chain(floats(30..=41)); // weight, spread, offset, inflation, limits
         assert_eq!(frame::VERSION, 2);
         assert!(bytes.iter().copied().eq(expected), "{bytes:?}");
+    }
+
+    #[test]
+    fn the_numbers_of_the_refusals_belong_to_this_version() {
+        let in_order = [
+            "few_points",
+            "size_conflict",
+            "size_unknown",
+            "ambiguous",
+            "outline",
+            "visible",
+            "colour",
+            "uncertain",
+            "flat",
+            "through",
+            "shared_volume",
+            "singular",
+            "clutter",
+            "coverage",
+            "shape",
+            "vague",
+        ];
+        for (number, name) in (0_u8..).zip(in_order) {
+            assert_eq!(exactly(&[number]).map(RefusalCode::name), Some(name));
+        }
+        assert_eq!(exactly::<RefusalCode>(&[in_order.len() as u8]), None);
     }
 }

@@ -143,7 +143,7 @@ pub struct Target {
     pub trials: u32,
     /// How sure: centre, mm; semi-axes, mm; attitude as a rotation vector, rad.
     pub covariance: Option<Covariance>,
-    /// What the tests of acceptance looked at.
+    /// What the tests of acceptance looked at; of the default search only.
     pub findings: Option<Findings>,
 }
 

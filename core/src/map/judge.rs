@@ -1,18 +1,17 @@
 //! The verdict on each fruit: what its size prior costs, its covariance, what the tests of acceptance look at.
 
-use super::{FINAL_KERNEL, Fruit, REACH, SETTLED_SQUARED, Standing, distance_squared};
+use super::{
+    FINAL_KERNEL, Fruit, REACH, SETTLED_SQUARED, Standing, distance_squared,
+    measures::{end_on, outline_fit, separation, shape_of_points, visible},
+};
 use crate::{
-    Detection, Ellipsoid, Observer, Point3, Score, Stage, Status,
-    accept::{Findings, Refusal, RefusalCode, contact_function},
+    Detection, Observer, Point3, Score, Stage, Status,
+    accept::{Findings, Refusal, RefusalCode},
     covariance::covariance,
     field::Field,
-    jacobi::{Symmetric3, eigen},
-    point::at,
     prior::SizePrior,
-    refine::{Estimate, Evidence, Terms},
-    residual::{RayModel, Viewpoint, dot},
-    size::size_evidence,
-    visibility::{Sight, predicted_pixels, sight},
+    refine::{Estimate, Evidence, Normal, Terms},
+    size::{SizeEvidence, size_evidence},
 };
 
 /// What one step came to.
@@ -23,22 +22,35 @@ pub(crate) enum Progress {
     Done,
 }
 
-/// Who is judged, and its fit with the size set almost free.
+/// What the next step does for the fruit whose turn it is. Each looks at all of its points once or, the last, twice
+/// without derivatives.
+#[derive(Debug, Clone, Copy)]
+#[allow(clippy::large_enum_variant, reason = "no heap to box into; a run has room for larger states")]
+enum Task {
+    /// A step of the fit with the size set almost free, from the free fit so far; the first one lists the members too.
+    Free { free: Option<Estimate>, steps: u8 },
+    /// The normal equations at its estimate.
+    Normal { free: Estimate },
+    /// Those at the free fit, and what both say about the size.
+    Size { free: Estimate, normal: Normal },
+    /// All the rest, and the answer.
+    Verdict { normal: Normal, size: SizeEvidence },
+}
+
+/// Who is judged, and how far that is.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Judge {
     turn: u8,
-    /// The free fit so far; none before its first step.
-    free: Option<Estimate>,
-    steps: u8,
+    task: Task,
     members: usize,
 }
 
 impl Judge {
     pub(crate) fn new() -> Self {
-        Self { turn: 0, free: None, steps: 0, members: 0 }
+        Self { turn: 0, task: Task::Free { free: None, steps: 0 }, members: 0 }
     }
 
-    /// One step of the free fit of one fruit; after the last its verdict.
+    /// One step for one fruit; the last of its steps gives the verdict.
     pub(crate) fn step(
         &mut self,
         field: &mut Field<'_>,
@@ -46,41 +58,61 @@ impl Judge {
         observer: &mut impl Observer,
     ) -> Progress {
         let Some(fruit) = found.get(usize::from(self.turn)) else { return Progress::Done };
-        if self.free.is_none() {
-            let [x, y, z] = fruit.estimate.centre;
+        let best = &fruit.estimate;
+        if matches!(self.task, Task::Free { free: None, .. }) {
+            let [x, y, z] = best.centre;
             let long = field.config.map.prior.semi_axes_mm[0];
             self.members = field.list_within(&Point3::new(x, y, z), REACH * long);
         }
-        let free = self.free.unwrap_or(fruit.estimate);
-        let config = &field.config.map;
-        let loose = SizePrior {
-            spread: [1.0; 3],
-            spread_ab: f32::INFINITY,
-            spread_bc: f32::INFINITY,
-            ..config.prior
-        };
-        let loose = Terms { prior: loose.term(), ..fruit.terms };
         let evidence = Evidence::of(field, self.members, self.turn + 1);
-        if self.steps < config.final_steps {
-            let next = free.step(&evidence.normal(&free, &loose, FINAL_KERNEL));
-            let moved = next.unwrap_or(free);
-            observer.estimate(Stage::Free, &moved);
-            let settled = next.is_none() || distance_squared(&moved, &free) < SETTLED_SQUARED;
-            self.steps = if settled { config.final_steps } else { self.steps + 1 };
-            self.free = Some(moved);
-            return Progress::Working;
-        }
-        let Some(detection) = verdict(field, &evidence, found, self.turn, &free, &loose) else {
-            return Progress::Done;
+        self.task = match &self.task {
+            Task::Free { free, steps } => {
+                let free = free.unwrap_or(*best);
+                let next = free.step(&evidence.normal(&free, &loose(field, fruit), FINAL_KERNEL));
+                let moved = next.unwrap_or(free);
+                observer.estimate(Stage::Free, &moved);
+                let settled = next.is_none() || distance_squared(&moved, &free) < SETTLED_SQUARED;
+                if settled || steps + 1 >= field.config.map.final_steps {
+                    Task::Normal { free: moved }
+                } else {
+                    Task::Free { free: Some(moved), steps: steps + 1 }
+                }
+            }
+            Task::Normal { free } => {
+                Task::Size { free: *free, normal: evidence.normal(best, &fruit.terms, FINAL_KERNEL) }
+            }
+            Task::Size { free, normal } => {
+                let (tight, loose) = (&fruit.terms.prior, &loose(field, fruit));
+                let without = evidence.normal(free, loose, FINAL_KERNEL);
+                let size = size_evidence(normal, &best.ln_axes, &without, &free.ln_axes, tight, &loose.prior);
+                Task::Verdict { normal: *normal, size }
+            }
+            Task::Verdict { normal, size } => {
+                let Some(detection) = verdict(field, &evidence, found, self.turn, normal, *size) else {
+                    return Progress::Done;
+                };
+                if detection.status == Status::Accepted
+                    && let Some(fruit) = found.get_mut(usize::from(self.turn))
+                {
+                    fruit.standing = Standing::Accepted;
+                }
+                *self = Self { turn: self.turn + 1, ..Self::new() };
+                return Progress::Judged(detection);
+            }
         };
-        if detection.status == Status::Accepted
-            && let Some(fruit) = found.get_mut(usize::from(self.turn))
-        {
-            fruit.standing = Standing::Accepted;
-        }
-        *self = Self { turn: self.turn + 1, ..Self::new() };
-        Progress::Judged(detection)
+        Progress::Working
     }
+}
+
+/// The terms of a fruit's fit with the size set almost free.
+fn loose(field: &Field<'_>, fruit: &Fruit) -> Terms {
+    let prior = SizePrior {
+        spread: [1.0; 3],
+        spread_ab: f32::INFINITY,
+        spread_bc: f32::INFINITY,
+        ..field.config.map.prior
+    };
+    Terms { prior: prior.term(), ..fruit.terms }
 }
 
 /// Everything that is asked of a fruit, and the answer.
@@ -89,22 +121,19 @@ fn verdict(
     evidence: &Evidence<'_>,
     found: &[Fruit],
     turn: u8,
-    free: &Estimate,
-    loose: &Terms,
+    normal: &Normal,
+    size: SizeEvidence,
 ) -> Option<Detection> {
     let fruit = found.get(usize::from(turn))?;
     let (config, terms, best) = (&field.config.map, &fruit.terms, &fruit.estimate);
     let assumed = Terms { noise: config.noise, outline: 1.0, ..*terms };
-    let normal = evidence.normal(best, terms, FINAL_KERNEL);
-    let without = evidence.normal(free, loose, FINAL_KERNEL);
-    let size = size_evidence(&normal, &best.ln_axes, &without, &free.ln_axes, &terms.prior, &loose.prior);
     let (ellipsoid, order) = best.sorted();
     let support = evidence.support(best, &assumed, f32::NEG_INFINITY).unwrap_or_default();
     let (outline_rays, outline) = outline_fit(evidence, best, terms);
     let points = shape_of_points(evidence, best, &assumed, field.view.in_mask);
     let by = &config.inflation;
     let inflation = by.base + by.per_conflict * size.conflict + by.per_clutter * points.clutter;
-    let covariance = covariance(&normal, best, &ellipsoid, order, inflation);
+    let covariance = covariance(normal, best, &ellipsoid, order, inflation);
     let findings = Findings {
         explained: support.explained,
         through: support.through,
@@ -135,123 +164,4 @@ fn verdict(
         covariance,
         findings: Some(findings),
     })
-}
-
-/// A body counts as elongated when its long semi-axis is this many times the middle one.
-const ELONGATED: f32 = 1.3;
-
-/// See [`Findings::end_on`].
-fn end_on(ellipsoid: &Ellipsoid, viewpoint: Viewpoint) -> f32 {
-    let [a, b, _] = ellipsoid.semi_axes;
-    if viewpoint == Viewpoint::None || a < ELONGATED * b {
-        return 0.0;
-    }
-    let centre = [ellipsoid.centre.x, ellipsoid.centre.y, ellipsoid.centre.z];
-    libm::fabsf(dot(ellipsoid.axes[0], centre)) / libm::sqrtf(dot(centre, centre))
-}
-
-/// Seen on the surface, in the mask or not, over predicted pixels; infinite where the pitch is not known.
-fn visible(seen: f32, ellipsoid: &Ellipsoid, pitch_rad: f32) -> f32 {
-    if pitch_rad > 0.0 && ellipsoid.centre.z > 0.0 {
-        seen / predicted_pixels(ellipsoid, pitch_rad)
-    } else {
-        f32::INFINITY
-    }
-}
-
-/// The contact function with the nearest fruit that was accepted before; for a ghost, with any that is none.
-fn separation(found: &[Fruit], turn: u8, ellipsoid: &Ellipsoid) -> f32 {
-    let ghost = found.get(usize::from(turn)).is_some_and(|fruit| fruit.standing == Standing::Ghost);
-    let mut least = f32::INFINITY;
-    for (j, other) in found.iter().enumerate() {
-        let counts = other.standing == Standing::Accepted || (ghost && other.standing != Standing::Ghost);
-        if counts && j != usize::from(turn) {
-            let separation = contact_function(ellipsoid, &other.estimate.ellipsoid());
-            if separation < least {
-                least = separation;
-            }
-        }
-    }
-    least
-}
-
-/// Outline rays that can be the model's, and the mean of `min(|f|, 3)` over them.
-#[inline(never)]
-fn outline_fit(evidence: &Evidence<'_>, best: &Estimate, terms: &Terms) -> (u16, f32) {
-    let ellipsoid = best.ellipsoid();
-    let model = RayModel::new(&ellipsoid, &terms.noise, terms.viewpoint);
-    let mut count = 0_u16;
-    let mut sum = 0.0;
-    for touch in evidence.touches(&model, &ellipsoid, terms) {
-        let size = libm::sqrtf(touch.square(best.boxiness));
-        sum += if size < 3.0 { size } else { 3.0 };
-        count += 1;
-    }
-    (count, if count == 0 { 0.0 } else { sum / f32::from(count) })
-}
-
-/// What the points near a model look like.
-struct PointShape {
-    /// Points on its surface, in the mask or not.
-    count: f32,
-    /// Rms distance of the explained points from their best plane over their rms distance from the model.
-    flat: f32,
-    /// Share of the explained points outside the mask.
-    outside: f32,
-    /// Points near the model that it does not explain, over those it does.
-    clutter: f32,
-}
-
-/// Unexplained points count as near within twice the window and `f^2 < 100`.
-const CLUTTER_CUT: f32 = 100.0;
-
-#[inline(never)]
-fn shape_of_points(evidence: &Evidence<'_>, best: &Estimate, terms: &Terms, in_mask: usize) -> PointShape {
-    let ellipsoid = best.ellipsoid();
-    let model = RayModel::new(&ellipsoid, &terms.noise, terms.viewpoint);
-    let c = ellipsoid.centre;
-    let near_mm = 2.0 * terms.window_mm;
-    let (mut n, mut outside, mut near, mut model_sum) = (0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
-    let mut sum = [0.0_f32; 3];
-    let mut square = Symmetric3::default();
-    for &index in evidence.members {
-        if !evidence.is_unclaimed(index) {
-            continue;
-        }
-        let p = at(evidence.cloud, index);
-        let contact = model.contact(&p);
-        let Sight::Explained(_) = sight(&contact, terms.window_mm) else {
-            let close = contact.gap_mm < near_mm && contact.gap_mm > -near_mm;
-            near += if close && contact.square() < CLUTTER_CUT { 1.0 } else { 0.0 };
-            continue;
-        };
-        n += 1.0;
-        outside += if usize::from(index) >= in_mask { 1.0 } else { 0.0 };
-        model_sum += (contact.value * contact.value) / model.gradient_squared(contact.u);
-        let (x, y, z) = (p.x - c.x, p.y - c.y, p.z - c.z);
-        sum[0] += x;
-        sum[1] += y;
-        sum[2] += z;
-        square.xx += x * x;
-        square.yy += y * y;
-        square.zz += z * z;
-        square.xy += x * y;
-        square.xz += x * z;
-        square.yz += y * z;
-    }
-    if n < 1.0 {
-        return PointShape { count: 0.0, flat: 0.0, outside: 0.0, clutter: 0.0 };
-    }
-    let [x, y, z] = sum.map(|s| s / n);
-    let scatter = Symmetric3 {
-        xx: square.xx / n - x * x,
-        yy: square.yy / n - y * y,
-        zz: square.zz / n - z * z,
-        xy: square.xy / n - x * y,
-        xz: square.xz / n - x * z,
-        yz: square.yz / n - y * z,
-    };
-    let ratio = eigen(&scatter).values[0] / (model_sum / n);
-    let flat = if ratio > 0.0 { libm::sqrtf(ratio) } else { 0.0 };
-    PointShape { count: n, flat, outside: outside / n, clutter: near / n }
 }

@@ -8,6 +8,7 @@
 
 mod joint;
 mod judge;
+mod measures;
 mod noise;
 pub(crate) mod search;
 

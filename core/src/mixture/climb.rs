@@ -1,7 +1,7 @@
 //! One step of a shell uphill: the nine parameters by Gauss and Newton, the scale and the share by expectation.
 
 use crate::{
-    linalg::{N, packed},
+    linalg::N,
     mixture::{
         MixtureConfig,
         shell::{Pass, Shell, largest, smallest},
@@ -47,7 +47,7 @@ fn add_shape(normal: &mut Normal, x: &[f32; 3], precision: f32) {
         normal.matrix.add_diagonal(6 + k, diagonal);
     }
     for (i, j) in [(7, 6), (8, 6), (8, 7)] {
-        normal.matrix.0[packed(i, j)] -= other;
+        normal.matrix.add_entry(i, j, -other);
     }
 }
 
@@ -105,12 +105,25 @@ pub(crate) fn within(x: f32, (least, most): (f32, f32)) -> f32 {
     if x > least { x } else { least }
 }
 
-/// Two estimates of one body: centres within this part of the smallest semi-axis, and the logarithms of their volumes.
-pub(crate) fn is_same(a: &Estimate, b: &Estimate, part: f32) -> bool {
+/// Where a shell is and how large: enough to tell whether it has been met before.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Place {
+    centre: [f32; 3],
+    ln_axes: [f32; 3],
+}
+
+impl Place {
+    pub(crate) fn of(estimate: &Estimate) -> Self {
+        Self { centre: estimate.centre, ln_axes: estimate.ln_axes }
+    }
+}
+
+/// Two places of one body: centres within this part of the smallest semi-axis, and the logarithms of their volumes.
+pub(crate) fn is_same(a: &Place, b: &Place, part: f32) -> bool {
     let d = [a.centre[0] - b.centre[0], a.centre[1] - b.centre[1], a.centre[2] - b.centre[2]];
     let apart = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
     let near = part * smallest(&a.ln_axes);
-    let size = |e: &Estimate| e.ln_axes[0] + e.ln_axes[1] + e.ln_axes[2];
+    let size = |e: &Place| e.ln_axes[0] + e.ln_axes[1] + e.ln_axes[2];
     apart < near * near && libm::fabsf(size(a) - size(b)) < part
 }
 

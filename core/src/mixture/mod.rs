@@ -20,8 +20,6 @@
 //! back behind the surface that was seen, prefers round bodies by a little, and hears the points seen past the body and the
 //! outline rays.
 
-#![allow(clippy::neg_cmp_op_on_partial_ord, reason = "written so that NaN fails the test")]
-
 mod area;
 mod blob;
 mod climb;
@@ -39,7 +37,7 @@ pub(crate) use self::run::MixtureRun;
 use self::{
     area::ln_area,
     blob::{Blob, push_back},
-    climb::{SHARE, Scale, climb, hold, is_same, terms, within},
+    climb::{Place, SHARE, Scale, climb, hold, is_same, terms, within},
     frame::{Frame, shuffle_front},
     judge::findings,
     shell::{Data, Distance, Shell, smallest},
@@ -93,6 +91,8 @@ enum Stage {
     Shell { start: u8, steps: u8, shell: Shell, ln_area: f32 },
     Polish { candidate: u8, steps: u8 },
     Final { shell: Shell, steps: u8 },
+    Measure { shell: Shell },
+    Judge { shell: Shell, covariance: Option<Covariance> },
 }
 
 /// What one step came to.
@@ -143,7 +143,7 @@ pub struct MixtureSearch {
     sample: usize,
     kept: Vec<Candidate, KEPT>,
     /// Where the starts were at [`WAYPOINT`].
-    passed: Vec<Estimate, MAX_STARTS>,
+    passed: Vec<Place, MAX_STARTS>,
 }
 
 impl Default for MixtureSearch {
@@ -185,12 +185,15 @@ impl MixtureSearch {
         stream: &mut Stream,
     ) -> MixtureProgress {
         let Some(frame) = self.frame else { return self.begin(config, view, scratch, stream) };
-        let count = if matches!(self.stage, Stage::Final { .. }) { self.live } else { self.sample };
-        let source =
-            if matches!(self.stage, Stage::Final { .. }) { &scratch.members } else { &scratch.order };
+        let list = match self.stage {
+            Stage::Final { .. } | Stage::Measure { .. } | Stage::Judge { .. } => {
+                scratch.members.get(..self.live)
+            }
+            _ => scratch.order.get(..self.sample),
+        };
         let data = Data {
             cloud: view.cloud,
-            list: source.get(..count).unwrap_or(&[]),
+            list: list.unwrap_or(&[]),
             outline: view.outline,
             offset_rad: config.outline_offset_rad,
             frame: &frame,
@@ -215,7 +218,13 @@ impl MixtureSearch {
                 }
             }
             Stage::Polish { candidate, steps } => return self.polish(config, &data, candidate, steps),
-            Stage::Final { shell, steps } => return self.finish(config, &data, &shell, steps),
+            Stage::Final { shell, steps } => self.finish(config, &data, &shell, steps),
+            Stage::Measure { shell } => {
+                self.stage = Stage::Judge { shell, covariance: certainty(config, &data, &shell) };
+            }
+            Stage::Judge { shell, covariance } => {
+                return MixtureProgress::Found(solution(config, &data, &shell, covariance.as_ref()));
+            }
         }
         MixtureProgress::Working
     }
@@ -322,17 +331,19 @@ impl MixtureSearch {
 
     /// True when another start came by here; otherwise this one is remembered.
     fn is_known(&mut self, estimate: &Estimate) -> bool {
-        let known = self.passed.iter().any(|other| is_same(other, estimate, SAME.0));
+        let place = Place::of(estimate);
+        let known = self.passed.iter().any(|other| is_same(other, &place, SAME.0));
         if !known {
             // There is room for every start.
-            let _ = self.passed.push(*estimate);
+            let _ = self.passed.push(place);
         }
         known
     }
 
     /// Keeps the best few, best first; of equal ones the earlier stays ahead.
     fn keep(&mut self, new: Candidate) {
-        let same = |old: &Candidate| is_same(&old.shell.estimate, &new.shell.estimate, SAME.1);
+        let place = Place::of(&new.shell.estimate);
+        let same = |old: &Candidate| is_same(&Place::of(&old.shell.estimate), &place, SAME.1);
         let worse = |old: Option<&Candidate>| old.is_some_and(|old| new.gain > old.gain);
         if let Some(position) = self.kept.iter().position(same) {
             if !worse(self.kept.get(position)) {
@@ -395,40 +406,43 @@ impl MixtureSearch {
         MixtureProgress::Working
     }
 
-    /// One step of the best over all points; after the last the solution.
-    fn finish(
-        &mut self,
-        config: &MixtureConfig,
-        data: &Data<'_>,
-        shell: &Shell,
-        steps: u8,
-    ) -> MixtureProgress {
+    /// One step of the best over all points.
+    fn finish(&mut self, config: &MixtureConfig, data: &Data<'_>, shell: &Shell, steps: u8) {
         let pass = shell.pass(data, ln_area(&shell.estimate.ln_axes).value);
         let normal = terms(&pass, &shell.estimate, config, config.area_weight);
         let scale = Scale { least: LEAST_SCALE.1, most: f32::INFINITY };
-        match climb(shell, &normal, &pass, data.list.len(), scale) {
+        self.stage = match climb(shell, &normal, &pass, data.list.len(), scale) {
             Some((shell, promise)) if promise >= SETTLED && steps + 1 < FINAL_STEPS => {
-                self.stage = Stage::Final { shell, steps: steps + 1 };
-                MixtureProgress::Working
+                Stage::Final { shell, steps: steps + 1 }
             }
-            _ => MixtureProgress::Found(solution(config, data, shell)),
-        }
+            _ => Stage::Measure { shell: *shell },
+        };
     }
 }
 
-/// What the shell is in the frame and unit of the cloud, how sure, and whether to believe it.
-fn solution(config: &MixtureConfig, data: &Data<'_>, shell: &Shell) -> MixtureSolution {
+/// How sure, in local units; `None` where the normal equations are singular.
+fn certainty(config: &MixtureConfig, data: &Data<'_>, shell: &Shell) -> Option<Covariance> {
     let (local, order) = shell.estimate.sorted();
-    let unit = data.frame.unit;
-    let area = ln_area(&shell.estimate.ln_axes).value;
-    let information = shell.information(data, area);
+    let information = shell.information(data, ln_area(&shell.estimate.ln_axes).value);
     let thickness = shell.sigma / local.semi_axes[2];
     let outliers = (1.0 - shell.share) / shell.share;
     let inflation = config.inflation
         + config.inflation_thin * (thickness * thickness)
         + config.inflation_outliers * outliers;
-    let covariance = covariance(&information, &shell.estimate, &local, order, inflation);
-    let sigma = covariance.map_or(f32::INFINITY, |c| c.sigma_centre_max_mm());
+    covariance(&information, &shell.estimate, &local, order, inflation)
+}
+
+/// What the shell is in the frame and unit of the cloud, and whether to believe it.
+fn solution(
+    config: &MixtureConfig,
+    data: &Data<'_>,
+    shell: &Shell,
+    covariance: Option<&Covariance>,
+) -> MixtureSolution {
+    let (local, _) = shell.estimate.sorted();
+    let unit = data.frame.unit;
+    let sigma = covariance.map_or(f32::INFINITY, Covariance::sigma_centre_max_mm);
+    let area = ln_area(&shell.estimate.ln_axes).value;
     let findings = MixtureFindings { uncertain: sigma / local.semi_axes[2], ..findings(shell, data, area) };
     MixtureSolution {
         ellipsoid: Ellipsoid {

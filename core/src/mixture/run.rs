@@ -18,6 +18,7 @@ use crate::{
 enum Phase {
     Begin,
     Search(MixtureSearch),
+    Claim(MixtureSolution),
     End(Finish),
 }
 
@@ -38,6 +39,8 @@ impl MixtureRun {
         Self { phase: Phase::Begin, failures: 0 }
     }
 
+    // A frame of its own: the other searches must not pay for it on the stack.
+    #[inline(never)]
     pub(crate) fn step(&mut self, field: &mut Field<'_>) -> Step {
         let config = field.config;
         match &mut self.phase {
@@ -49,8 +52,15 @@ impl MixtureRun {
                 match search.work(&config.mixture, &field.view, &mut field.scratch, &mut field.stream) {
                     MixtureProgress::Working => Step::Working,
                     MixtureProgress::Nothing(_) => self.missed(report(config, None, field.live)),
-                    MixtureProgress::Found(solution) => self.found(field, &solution),
+                    MixtureProgress::Found(solution) => {
+                        self.phase = Phase::Claim(solution);
+                        Step::Working
+                    }
                 }
+            }
+            Phase::Claim(solution) => {
+                let solution = *solution;
+                self.found(field, &solution)
             }
             Phase::End(finish) => Step::Finished(*finish),
         }

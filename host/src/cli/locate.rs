@@ -431,7 +431,7 @@ fn one(
         }
         located
     } else {
-        let located = locate_cloud_with(searcher, &input, Cloud::read(path, args.unit)?, options)?;
+        let located = locate_cloud_with(searcher, &input, &Cloud::read(path, args.unit)?, options)?;
         if let Some(named) = &args.draw {
             picture::of_cloud(&located, &args.output(named, &located))?;
         }

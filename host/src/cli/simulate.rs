@@ -22,6 +22,7 @@ co-processor is a thread that is held to the limits of that board.
 Examples:
   varsac simulate scan.ply --check
   varsac simulate frames/tree-1 --board m4f --check --log
+  varsac simulate scan.ply --fruit none --viewpoint none --check
   varsac simulate frames/* --board m7 --memory --json
   varsac simulate frames/tree-1 --serial /dev/ttyACM0 --baud 921600")]
 #[allow(clippy::struct_excessive_bools, reason = "each is a switch of the command line")]
@@ -60,11 +61,11 @@ fn parse_board(name: &str) -> Result<&'static Board, String> {
 
 /// Runs the command.
 pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, InputError> {
-    if !matches!(args.locate.method(), Method::Map | Method::Varsac) {
+    if !matches!(args.locate.method(), Method::Map | Method::Mixture | Method::Varsac) {
         return Err(InputError::at(
             "--method",
             "is not one of the co-processor's",
-            "leave it out, or give map or varsac",
+            "leave it out, or give map, mixture or varsac",
         ));
     }
     let (emulated, transport) = connect(args)?;

@@ -122,8 +122,9 @@ impl Outcome {
         let share = sizes.map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
         let centre = offset.norm();
         let right = centre <= truth.semi_axes_mm[2] && share <= 0.5;
-        let covered =
-            covariance.and_then(|c| c.try_inverse()).map(|c| offset.dot(&(c * offset)) < CHI_SQUARED);
+        let covered = covariance
+            .and_then(nalgebra::Matrix::try_inverse)
+            .map(|c| offset.dot(&(c * offset)) < CHI_SQUARED);
         Self { centre, size, failed: !right, accepted: *accepted, covered, elapsed_ms }
     }
 }

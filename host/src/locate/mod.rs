@@ -300,7 +300,7 @@ pub fn views_of(
 ///
 /// # Errors
 /// A configuration out of range.
-pub fn locate_cloud(input: &str, cloud: Cloud, options: &Options) -> Result<Located, InputError> {
+pub fn locate_cloud(input: &str, cloud: &Cloud, options: &Options) -> Result<Located, InputError> {
     locate_cloud_with(&mut Here, input, cloud, options)
 }
 
@@ -311,7 +311,7 @@ pub fn locate_cloud(input: &str, cloud: Cloud, options: &Options) -> Result<Loca
 pub fn locate_cloud_with(
     searcher: &mut dyn Searcher,
     input: &str,
-    cloud: Cloud,
+    cloud: &Cloud,
     options: &Options,
 ) -> Result<Located, InputError> {
     let started = Instant::now();

@@ -46,7 +46,7 @@ pub fn detector(options: &Options) -> Result<Detector, InputError> {
 pub type Found = (Vec<Target>, Vec<u32>);
 
 /// What the method may look at: all of the view, or (the paper's methods, which know nothing of surroundings) its region.
-pub fn seen<'a>(view: &'a RegionView, method: Method) -> View<'a> {
+pub fn seen(view: &RegionView, method: Method) -> View<'_> {
     match method {
         Method::Map | Method::Mixture => view.view(),
         _ => View::from(view.points.get(..view.in_mask).unwrap_or(&view.points)),

@@ -4,7 +4,7 @@ use varsac_core::link::MAX_WIRE;
 use varsac_core::link::Message;
 use varsac_core::link::payload::{Ending, Target};
 use varsac_core::{CloudError, Detector, Point3, Step, View, Workspace, point::MAX_POINTS};
-use varsac_firmware_sim::{scene, view::Canvas};
+use varsac_firmware_sim::{body, scene, view::Canvas};
 
 use super::client::{Job, Outcome};
 use crate::region_view::RegionView;
@@ -94,6 +94,13 @@ fn bytes(target: &Target) -> Vec<u8> {
 pub fn demo_cloud(number: u64, points: usize) -> RegionView {
     let mut cloud = vec![Point3::origin(); points];
     scene::scene(number, &mut cloud);
+    RegionView::of_cloud(cloud)
+}
+
+/// The same of the surfaces seen from all around, for the search without a size prior.
+pub fn demo_body(number: u64, points: usize) -> RegionView {
+    let mut cloud = vec![Point3::origin(); points];
+    body::scene(number, &mut cloud);
     RegionView::of_cloud(cloud)
 }
 

@@ -1,4 +1,5 @@
-//! Instructions of the core's parts (those of the default search: [`crate::default_counts`]), by the SysTick timer under a clock that advances 64 ns an instruction.
+//! Instructions of the paper's search and its parts, by the SysTick timer under a clock that advances 64 ns an instruction. Those
+//! of the other searches: [`crate::default_counts`], [`crate::mixture_counts`].
 //!
 //! The timer counts 24 bits down; its wraps are counted by its interrupt (a dozen instructions each, one in ten
 //! million). Reading it costs a few instructions, which are measured first and taken off.
@@ -14,7 +15,6 @@ use varsac_core::fit::fit;
 use varsac_core::tebc::Shell;
 use varsac_core::{Config, Detector, Point3, Step, Workspace};
 use varsac_firmware_sim::scene::{FRUIT_POINTS, SCENE_POINTS, config, one_fruit, scene};
-use varsac_firmware_sim::view::Canvas;
 
 use crate::hardware::stack_high_water;
 use crate::startup::BOARD;
@@ -50,15 +50,8 @@ pub(crate) fn since(start: u64, overhead: u64) -> u64 {
     (nanoseconds / 64).saturating_sub(overhead)
 }
 
-/// Prints one `name value` a line.
-pub(crate) fn print(canvas: &mut Canvas) {
-    let overhead = start();
-    paper(overhead);
-    crate::default_counts::print(overhead, canvas);
-}
-
 /// Starts the timer; what reading it costs.
-fn start() -> u64 {
+pub(crate) fn start() -> u64 {
     let Some(mut core) = cortex_m::Peripherals::take() else { exit(2) };
     core.SYST.set_clock_source(SystClkSource::Core);
     core.SYST.set_reload(RELOAD);
@@ -68,9 +61,9 @@ fn start() -> u64 {
     counted(0, || ()).0
 }
 
-/// The paper's search and its parts.
+/// The paper's search and its parts: prints one `name value` a line.
 #[inline(never)]
-fn paper(overhead: u64) {
+pub(crate) fn paper(overhead: u64) {
     let cloud = cortex_m::singleton!(: [Point3; SCENE_POINTS] = [Point3::new(0.0, 0.0, 0.0); SCENE_POINTS]);
     let workspace = cortex_m::singleton!(: Workspace<SCENE_POINTS> = Workspace::new());
     let (Some(cloud), Some(workspace)) = (cloud, workspace) else { exit(2) };

@@ -80,7 +80,7 @@ mod tests {
         for (u, v) in [(4, 4), (3, 4), (5, 4), (4, 3), (4, 5)] {
             mask.set(u, v, 255);
         }
-        let count = |mask: &LabelImage| mask.pixels.iter().filter(|&&pixel| pixel == 255).count();
+        let count = |mask: &LabelImage| mask.pixels.iter().map(|&pixel| u32::from(pixel == 255)).sum::<u32>();
         let biased = |grow_px, shift_px| MaskBias { grow_px, shift_px }.applied(&mask);
         assert_eq!(MaskBias::default().applied(&mask), mask);
         // City-block discs of radius 0, 1, 2: 1, 5 and 13 pixels.
