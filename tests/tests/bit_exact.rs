@@ -71,7 +71,7 @@ fn a_fault_in_any_stage_of_the_default_search_is_caught_and_the_stage_is_named()
     all_are_caught(&[
         (Fault::Mask, &[Stage::Neighbourhood][..]),
         (Fault::Start, &[Stage::Hypothesis]),
-        (Fault::Prior, &[Stage::Hypothesis, Stage::Support, Stage::Refined]),
+        (Fault::Prior, &[Stage::Hypothesis, Stage::Support, Stage::Refined, Stage::Final]),
         (Fault::Contact, &[Stage::Hypothesis, Stage::Support]),
         (Fault::Moments, &[Stage::Hypothesis, Stage::Refined]),
         (Fault::Step, &[Stage::Hypothesis, Stage::Refined]),

@@ -102,7 +102,7 @@ pub enum Fault {
     Volume,
     /// An element changes places with any other (X3).
     Shuffle,
-    /// The share of a blob is not limited (X4).
+    /// The covariance of a blob is not widened (X4).
     Blob,
     /// The logarithm of the area divides by three (X5).
     Area,
@@ -116,7 +116,7 @@ pub enum Fault {
     Past,
     /// Outline rays count for nothing (X6).
     Rays,
-    /// The scale is not held below the shortest semi-axis (X7).
+    /// The diagonal is not enlarged (X7).
     Climb,
     /// A start is not told from an earlier one (X8.3).
     Remembered,

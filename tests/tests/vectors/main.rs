@@ -7,6 +7,7 @@ mod format;
 mod maps;
 mod mixtures;
 mod searches;
+mod singles;
 mod stages;
 mod traces;
 

@@ -49,15 +49,16 @@ impl Blob {
             return None;
         }
         let mut covariance = moments.scatter(n);
-        covariance.xx += 1e-4;
-        covariance.yy += 1e-4;
-        covariance.zz += 1e-4;
+        let wider = if fault::is(Fault::Blob) { 0.0 } else { 1e-4 };
+        covariance.xx += wider;
+        covariance.yy += wider;
+        covariance.zz += wider;
         let moved = moments.mean(n);
         let share = n / sample.len() as f32;
         Some(Self {
             mean: [self.mean[0] + moved[0], self.mean[1] + moved[1], self.mean[2] + moved[2]],
             covariance,
-            share: if share < 0.98 || fault::is(Fault::Blob) { share } else { 0.98 },
+            share: if share < 0.98 { share } else { 0.98 },
         })
     }
 

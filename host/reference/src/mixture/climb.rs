@@ -20,7 +20,7 @@ pub(crate) fn climb(shell: &Shell, pass: &Pass, least: f32, most: f32) -> Option
         matrix[k][k] += 1.216;
     }
     for k in 0..9 {
-        matrix[k][k] += 1e-4 * matrix[k][k];
+        matrix[k][k] += if fault::is(Fault::Climb) { 0.0 } else { 1e-4 * matrix[k][k] };
     }
     let solution = solve(&factor(&matrix).ok()?, &pass.normal.gradient);
     let d = solution.map(|component| -component);
@@ -29,7 +29,7 @@ pub(crate) fn climb(shell: &Shell, pass: &Pass, least: f32, most: f32) -> Option
     }
     let estimate = held(&moved(&shell.estimate, &d, 0.5 * longest(shell.estimate.x)));
     let t = 0.7 * smallest(estimate.x);
-    let m = if t < most && !fault::is(Fault::Climb) { t } else { most };
+    let m = if t < most { t } else { most };
     let sigma = within(shell.sigma * libm::sqrtf(pass.squares / pass.members), least, m);
     let share = within(pass.members / pass.points as f32, 0.02, 0.99);
     Some(Climb { shell: Shell { estimate, sigma, share }, promise: promise(&d, &pass.normal.gradient) })
