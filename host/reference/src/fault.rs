@@ -126,7 +126,7 @@ pub enum Fault {
     FinalFit,
     /// An expected square is added up where a responsibility is asked for (X10).
     Cells,
-    /// The band is not widened by what chance does (X10).
+    /// The larger of cap and band counts (X10).
     Coverage,
     /// All of the responsibility counts as information (X6).
     Information,

@@ -111,9 +111,8 @@ fn coverage(sums: &Sums) -> f32 {
     let m = sums.sphere.mean(sums.area);
     let cap = 1.0 - root(dot(m, m) - 1.0 / sums.members);
     let e = smallest_eigenvalue(&sums.sphere.q);
-    let chance = if fault::is(Fault::Coverage) { 0.0 } else { 1.0 / libm::sqrtf(sums.members) };
-    let band = root(3.0 * (e / sums.area) + chance);
-    if cap < band { cap } else { band }
+    let band = root(3.0 * (e / sums.area) + 1.0 / libm::sqrtf(sums.members));
+    if (cap < band) != fault::is(Fault::Coverage) { cap } else { band }
 }
 
 /// M18.9 of a local covariance, with 0 for a largest eigenvalue that is not above 0 (X10).
