@@ -42,7 +42,7 @@ pub enum Fault {
     Detection,
     /// A point in the shells of two targets goes to the later one.
     Labels,
-    /// The information of the second semi-axis adds its terms from the right (M2).
+    /// The information of the third semi-axis lacks the ratio of the short ones (M2).
     Prior,
     /// The residual multiplies out the gap (M5).
     Contact,

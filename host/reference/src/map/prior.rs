@@ -18,10 +18,10 @@ impl Prior {
         let information = |s: f32| 1.0 / (s * s);
         let [a, b, c] = spread.map(information);
         let (ab, bc) = (information(spread_ab), information(spread_bc));
-        let yy = if fault::is(Fault::Prior) { b + (ab + bc) } else { (b + ab) + bc };
+        let zz = if fault::is(Fault::Prior) { c } else { c + bc };
         Self {
             mean: semi_axes.map(libm::logf),
-            information: Symmetric { xx: a + ab, yy, zz: c + bc, xy: -ab, xz: 0.0, yz: -bc },
+            information: Symmetric { xx: a + ab, yy: (b + ab) + bc, zz, xy: -ab, xz: 0.0, yz: -bc },
         }
     }
 
