@@ -98,6 +98,44 @@ pub enum Fault {
     Covariance,
     /// The last failing test is reported (M21).
     Acceptance,
+    /// The volume multiplies from the right (X3).
+    Volume,
+    /// An element changes places with any other (X3).
+    Shuffle,
+    /// The covariance of a blob is not widened (X4).
+    Blob,
+    /// The logarithm of the area divides by three (X5).
+    Area,
+    /// The odds divide by the scale last (X5).
+    Odds,
+    /// The foot is given one step less (X5.1).
+    Foot,
+    /// The curvature has no limit (X6).
+    Bend,
+    /// Points behind the window count for nothing (X6).
+    Past,
+    /// Outline rays count for nothing (X6).
+    Rays,
+    /// The diagonal is not enlarged (X7).
+    Climb,
+    /// A start is not told from an earlier one (X8.3).
+    Remembered,
+    /// Of two shells that are the same the earlier one stays (X8.4).
+    Kept,
+    /// The last climb of the final fit is taken (X9).
+    FinalFit,
+    /// An expected square is added up where a responsibility is asked for (X10).
+    Cells,
+    /// The larger of cap and band counts (X10).
+    Coverage,
+    /// All of the responsibility counts as information (X6).
+    Information,
+    /// A body claims no point off its surface by more than two and a half deviations (X12).
+    Claimed,
+    /// The damping falls to a half (G1).
+    Damping,
+    /// The covariance of the algebraic fit takes the first matrix for the second (G1).
+    Spread,
 }
 
 #[cfg(feature = "faults")]

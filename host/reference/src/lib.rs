@@ -1,5 +1,5 @@
-//! The float reference: a second, independent program written from the numeric contract (`core/docs/numerics.md`
-//! and `core/docs/numerics-map.md`, version 2) and from nothing else.
+//! The float reference: a second, independent program written from the numeric contract (`numerics.md`,
+//! `numerics-map.md` and `numerics-mixture.md` in `core/docs`, version 2) and from nothing else.
 //!
 //! It is naive on purpose. Vectors are fresh, matrices are full, every search is a linear scan, and each function
 //! is one paragraph of the contract, named in its comment. It does not depend on `varsac-core`; the two programs
@@ -12,7 +12,9 @@
 //! on, [`search_target`] (9) is the loop of Algorithm 1, [`run`] (10) takes fruit after fruit out of the cloud, and
 //! [`ellipsoid_of`] (11) says how each one lies. [`trace`] is `run` with every intermediate result as an [`Event`].
 //!
-//! The default search has chapters of its own, M1 to M22: [`run_map`] and [`trace_map`], in the folder `map`.
+//! The default search has chapters of its own, M1 to M22: [`run_map`] and [`trace_map`], in the folder `map`. So has
+//! the search without a size prior, X1 to X12, with the single fit, G1: [`run_mixture`] and [`fit_single`], in the folder
+//! `mixture`.
 
 mod cloud;
 mod config;

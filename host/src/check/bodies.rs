@@ -30,6 +30,7 @@ pub(super) fn vary(config: &mut Config, dice: &mut Dice) {
     config.max_targets = dice.pick(&[1, 2, 4, 40]);
     config.max_failures = dice.pick(&[1, 1, 2, 3]);
     let any = dice.between(0.0, 1.0);
+    let shut = shut(dice);
     let mixture = &mut config.mixture;
     mixture.noise =
         Noise { axial_mm: dice.pick(&[1.0, 0.3]), lateral_rad: dice.pick(&[0.001, 0.000_2, 0.05]) };
@@ -41,8 +42,19 @@ pub(super) fn vary(config: &mut Config, dice: &mut Dice) {
     mixture.inflation = dice.pick(&[mixture.inflation, 1.0, any + 0.1]);
     mixture.inflation_thin = dice.pick(&[2.0, 2.0, 0.0]);
     mixture.inflation_outliers = dice.pick(&[0.0, 4.0]);
-    mixture.gate = dice.pick(&[mixture.gate, mixture.gate, OPEN]);
+    mixture.gate = dice.pick(&[mixture.gate, mixture.gate, OPEN, shut]);
     mixture.gate.min_points = dice.pick(&[20.0, 20.0, 50.0, 0.0]);
+}
+
+/// One test that nothing passes, so that what it looks at is shown.
+fn shut(dice: &mut Dice) -> MixtureGate {
+    dice.pick(&[
+        MixtureGate { flat: f32::INFINITY, ..OPEN },
+        MixtureGate { gain: f32::INFINITY, ..OPEN },
+        MixtureGate { coverage: 2.0, ..OPEN },
+        MixtureGate { misfit: -1.0, ..OPEN },
+        MixtureGate { uncertain: -1.0, ..OPEN },
+    ])
 }
 
 /// Whole surfaces of one body or two, as a scanner has them, measured in any unit.

@@ -122,12 +122,12 @@ impl CoreObserver<'_> {
     /// What a search without a size prior found: it shows no more to an observer.
     fn body(&mut self, detection: &Detection) {
         self.ellipsoid(&detection.ellipsoid);
-        let entries = detection.covariance.as_ref().map_or(&[][..], |covariance| covariance.packed());
-        self.recorder.floats(Stage::Covariance, "covariance", &[entries]);
         if let Status::Refused(refusal) = &detection.status {
             let values = [refusal.value, refusal.limit];
-            self.recorder.floats(Stage::Body, refusal.code.name(), &[&values]);
+            self.recorder.floats(Stage::Findings, refusal.code.name(), &[&values]);
         }
+        let entries = detection.covariance.as_ref().map_or(&[][..], |covariance| covariance.packed());
+        self.recorder.floats(Stage::Covariance, "covariance", &[entries]);
         let Score { inliers, candidates } = detection.score;
         let numbers = [u32::from(detection.target), inliers, candidates];
         let findings = u32::from(detection.findings.is_some());

@@ -198,11 +198,11 @@ fn judged(recorder: &mut Recorder, detection: &reference::MapDetection) {
 /// What a search without a size prior found.
 fn body(recorder: &mut Recorder, detection: &reference::MixtureDetection) {
     ellipsoid(recorder, &detection.ellipsoid);
+    if let Some(refusal) = &detection.refusal {
+        recorder.floats(Stage::Findings, code_name(refusal.code), &[&[refusal.value, refusal.limit]]);
+    }
     let entries = detection.covariance.as_ref().map_or(&[][..], |covariance| covariance);
     recorder.floats(Stage::Covariance, "covariance", &[entries]);
-    if let Some(refusal) = &detection.refusal {
-        recorder.floats(Stage::Body, code_name(refusal.code), &[&[refusal.value, refusal.limit]]);
-    }
     let reference::Score { inliers, candidates } = detection.score;
     // There are no findings.
     let numbers = [u32::from(detection.target), inliers, candidates, 0];

@@ -5,7 +5,9 @@
 mod fits;
 mod format;
 mod maps;
+mod mixtures;
 mod searches;
+mod singles;
 mod stages;
 mod traces;
 

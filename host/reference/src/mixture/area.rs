@@ -1,5 +1,6 @@
 //! The surface area of an ellipsoid, after Thomsen: contract, chapter X5.
 
+use crate::fault::{self, Fault};
 use crate::map::algebra::Vector;
 
 /// Logarithm of the area, and its slopes along the logarithms of the semi-axes.
@@ -17,10 +18,8 @@ impl Area {
         let (ab, bc, ca) = (power(x1 + x2), power(x2 + x3), power(x3 + x1));
         let t = (ab + bc) + ca;
         let i = 1.0 / t;
-        Self {
-            ln: 2.531_024_2 + G * libm::logf(t * THIRD),
-            slopes: [(ab + ca) * i, (ab + bc) * i, (bc + ca) * i],
-        }
+        let mean = if fault::is(Fault::Area) { t / 3.0 } else { t * THIRD };
+        Self { ln: 2.531_024_2 + G * libm::logf(mean), slopes: [(ab + ca) * i, (ab + bc) * i, (bc + ca) * i] }
     }
 }
 

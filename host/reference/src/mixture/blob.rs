@@ -4,6 +4,7 @@ use super::moments::Moments;
 use super::shell::Shell;
 use crate::Symmetric;
 use crate::ellipsoid::with_signs;
+use crate::fault::{self, Fault};
 use crate::jacobi::{ascending, eigen};
 use crate::map::algebra::{Vector, adj, det, dot, minus, product};
 use crate::map::model::Estimate;
@@ -48,9 +49,10 @@ impl Blob {
             return None;
         }
         let mut covariance = moments.scatter(n);
-        covariance.xx += 1e-4;
-        covariance.yy += 1e-4;
-        covariance.zz += 1e-4;
+        let wider = if fault::is(Fault::Blob) { 0.0 } else { 1e-4 };
+        covariance.xx += wider;
+        covariance.yy += wider;
+        covariance.zz += wider;
         let moved = moments.mean(n);
         let share = n / sample.len() as f32;
         Some(Self {

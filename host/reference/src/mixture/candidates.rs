@@ -5,6 +5,7 @@ use super::config::MixtureConfig;
 use super::look::{Look, Scene};
 use super::shell::Shell;
 use super::starts::Kept;
+use crate::fault::{self, Fault};
 use crate::map::algebra::Vector;
 
 /// X9: the first of the polished shells with the largest gain over the sample.
@@ -51,6 +52,7 @@ pub(crate) fn final_fit(mut shell: Shell, scene: &Scene, points: &[Vector], conf
     loop {
         match climbed(&shell, scene, points, config, 0.0001) {
             Some(climb) if climb.promise >= 0.001 && i + 1 < 25 => shell = climb.shell,
+            Some(climb) if fault::is(Fault::FinalFit) => return climb.shell,
             _ => return shell,
         }
         i += 1;

@@ -3,6 +3,7 @@
 use super::look::Pass;
 use super::numbers::{longest, smallest, within};
 use super::shell::{Shell, held};
+use crate::fault::{self, Fault};
 use crate::fit::{factor, solve};
 use crate::map::step::moved;
 
@@ -19,7 +20,7 @@ pub(crate) fn climb(shell: &Shell, pass: &Pass, least: f32, most: f32) -> Option
         matrix[k][k] += 1.216;
     }
     for k in 0..9 {
-        matrix[k][k] += 1e-4 * matrix[k][k];
+        matrix[k][k] += if fault::is(Fault::Climb) { 0.0 } else { 1e-4 * matrix[k][k] };
     }
     let solution = solve(&factor(&matrix).ok()?, &pass.normal.gradient);
     let d = solution.map(|component| -component);

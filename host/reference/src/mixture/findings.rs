@@ -6,6 +6,7 @@ use super::look::{Look, Scene, contact};
 use super::moments::{Moments, smallest_eigenvalue};
 use super::numbers::smallest;
 use super::shell::Shell;
+use crate::fault::{self, Fault};
 use crate::jacobi::{ascending, eigen};
 use crate::map::accept::{Refusal, RefusalCode};
 use crate::map::algebra::{Vector, dot, minus};
@@ -99,7 +100,7 @@ fn sums(look: &Look, shell: &Shell, scene: &Scene, points: &[Vector]) -> Sums {
         sums.plane.gain(minus(p, shell.estimate.centre), r);
         let f = libm::sqrtf(f2);
         let cell = &mut sums.cells[cell(contact.u)];
-        cell.count += r;
+        cell.count += if fault::is(Fault::Cells) { r * f2 } else { r };
         cell.mean += r * if contact.value < 0.0 { -f } else { f };
     }
     sums
@@ -111,7 +112,7 @@ fn coverage(sums: &Sums) -> f32 {
     let cap = 1.0 - root(dot(m, m) - 1.0 / sums.members);
     let e = smallest_eigenvalue(&sums.sphere.q);
     let band = root(3.0 * (e / sums.area) + 1.0 / libm::sqrtf(sums.members));
-    if cap < band { cap } else { band }
+    if (cap < band) != fault::is(Fault::Coverage) { cap } else { band }
 }
 
 /// M18.9 of a local covariance, with 0 for a largest eigenvalue that is not above 0 (X10).

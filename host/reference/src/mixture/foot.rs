@@ -1,6 +1,7 @@
 //! The point of an ellipsoid that is closest to a given one: contract, chapters X5 and X5.1.
 
 use crate::Point;
+use crate::fault::{self, Fault};
 use crate::map::algebra::{Vector, dot, minus};
 use crate::map::contact::Contact;
 use crate::map::model::Model;
@@ -31,7 +32,7 @@ fn foot(w: Vector, k: Vector) -> (Vector, f32) {
     let size = libm::sqrtf(q);
     let slope = dot(w, [w[0] * k[0], w[1] * k[1], w[2] * k[2]]);
     let mut t = ((size - 1.0) * q) / slope;
-    let mut time = 1;
+    let mut time = if fault::is(Fault::Foot) { 2 } else { 1 };
     loop {
         t = if t > lowest { t } else { lowest };
         let mut u = [0.0; 3];

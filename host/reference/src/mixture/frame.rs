@@ -2,6 +2,7 @@
 
 use super::config::MixtureConfig;
 use super::look::{Distance, Scene};
+use crate::fault::{self, Fault};
 use crate::map::algebra::{Vector, dot, minus};
 use crate::map::view::{OutlineRay, View, Viewpoint};
 use crate::{Point, Stream};
@@ -80,7 +81,7 @@ fn volume(local: &[Vector]) -> f32 {
     }
     let least = 0.1 * longest;
     let [x, y, z] = e.map(|extent| if extent > least { extent } else { least });
-    (x * y) * z
+    if fault::is(Fault::Volume) { x * (y * z) } else { (x * y) * z }
 }
 
 /// X3: the sample of the live points, in the order drawn.
@@ -89,7 +90,8 @@ pub(crate) fn sample(live: &[u16], most: u16, stream: &mut Stream) -> Vec<u16> {
     let n = list.len();
     let s = n.min(usize::from(most));
     for k in 0..s {
-        let j = k + stream.below((n - k) as u32) as usize;
+        let first = if fault::is(Fault::Shuffle) { 0 } else { k };
+        let j = first + stream.below((n - first) as u32) as usize;
         list.swap(k, j);
     }
     list.truncate(s);

@@ -4,6 +4,7 @@ use super::area::Area;
 use super::foot::{orthogonal, squares};
 use super::numbers::{longest, smallest};
 use super::shell::Shell;
+use crate::fault::{self, Fault};
 use crate::map::algebra::{Vector, dot};
 use crate::map::contact::{Contact, Kernel};
 use crate::map::evidence::Touch;
@@ -120,7 +121,7 @@ impl<'a> Look<'a> {
 
     /// X6, information.
     pub(crate) fn information(&self) -> Normal {
-        self.normal(|r, f2| r * (1.0 - (1.0 - r) * f2))
+        self.normal(|r, f2| if fault::is(Fault::Information) { r } else { r * (1.0 - (1.0 - r) * f2) })
     }
 
     /// The near points and their odds.
@@ -142,7 +143,7 @@ impl<'a> Look<'a> {
                     residuals.push(Residual::new(contact.u, contact.value, weight));
                 }
                 Seen::Past(contact) => {
-                    let counts = contact.miss > 0.25 && contact.miss < 1.0;
+                    let counts = contact.miss > 0.25 && contact.miss < 1.0 && !fault::is(Fault::Past);
                     let c = contact.beside(&self.model);
                     let weight = Kernel::GemanMcClure(4.0).weight(c.f2());
                     if let (true, Some(weight)) = (counts, weight) {
@@ -180,6 +181,9 @@ impl<'a> Look<'a> {
     fn touching(&self) -> Vec<Touch> {
         let x = self.shell.estimate.x;
         let mut touching = Vec::new();
+        if fault::is(Fault::Rays) {
+            return touching;
+        }
         for ray in &self.scene.outline {
             touching.extend(Touch::of(ray, &self.model, [longest(x), smallest(x)], self.shell.sigma, 1.0));
         }
@@ -201,7 +205,7 @@ fn curvature(model: &Model, u: Vector) -> f32 {
     let v = [u[0] * k[0], u[1] * k[1], u[2] * k[2]];
     let g = dot(u, v);
     let b = 0.5 * (((k[0] + k[1] + k[2]) - dot(v, v) / g) / g);
-    if b < 1.0 { b } else { 1.0 }
+    if b < 1.0 || fault::is(Fault::Bend) { b } else { 1.0 }
 }
 
 /// X6: what the area says, with its weight `y`.

@@ -8,6 +8,7 @@ use super::look::{Distance, contact};
 use super::starts::{Sample, kept};
 use crate::cloud::CloudError;
 use crate::ellipsoid::{angles, quaternion};
+use crate::fault::{self, Fault};
 use crate::map::accept::{Refusal, RefusalCode};
 use crate::map::algebra::Vector;
 use crate::map::model::Model;
@@ -190,10 +191,11 @@ fn claimed(view: &View, live: &[u16], body: &Body, config: &MixtureConfig) -> Ve
         Viewpoint::Origin => Distance::Ray { ratio: lateral / axial },
     };
     let h = 0.55 * e.semi_axes[2];
+    let limit = if fault::is(Fault::Claimed) { 6.25 } else { 9.0 };
     let mut claimed = Vec::new();
     for &index in live {
         let contact = contact(&model, distance, view.points[index as usize]);
-        if contact.f2() < 9.0 && contact.within(h) {
+        if contact.f2() < limit && contact.within(h) {
             claimed.push(index);
         }
     }

@@ -3,6 +3,7 @@
 use super::area::Area;
 use super::look::Distance;
 use super::numbers::{longest_ln, within};
+use crate::fault::{self, Fault};
 use crate::map::model::{Estimate, Model};
 use crate::map::view::{Noise, Viewpoint};
 
@@ -33,7 +34,11 @@ impl Shell {
 
     /// X5: the odds `K` for a given `lnA`, in a clutter of this volume.
     pub(crate) fn odds(&self, ln_area: f32, volume: f32) -> f32 {
-        let f = libm::expf(-(ln_area + 0.918_938_5)) / self.sigma;
+        let density = libm::expf(-(ln_area + 0.918_938_5));
+        if fault::is(Fault::Odds) {
+            return ((self.share * volume) / (1.0 - self.share)) * density / self.sigma;
+        }
+        let f = density / self.sigma;
         ((self.share * volume) / (1.0 - self.share)) * f
     }
 }

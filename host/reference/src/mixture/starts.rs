@@ -6,6 +6,7 @@ use super::config::MixtureConfig;
 use super::look::{Look, Scene};
 use super::numbers::{smallest, within};
 use super::shell::{Shell, held};
+use crate::fault::{self, Fault};
 use crate::map::algebra::{Vector, dot};
 use crate::map::model::{Estimate, apart2};
 use crate::map::view::Viewpoint;
@@ -114,7 +115,7 @@ fn grown(
         let before = shell.estimate;
         shell = climb(&shell, &pass, 0.002, most)?.shell;
         if i == 8 {
-            if remembered.iter().any(|old| same(old, &before, 0.25)) {
+            if remembered.iter().any(|old| same(old, &before, 0.25)) && !fault::is(Fault::Remembered) {
                 return None;
             }
             remembered.push(before);
@@ -127,7 +128,7 @@ fn grown(
 fn keep(list: &mut Vec<Kept>, new: Kept) {
     let worse = |old: &Kept| new.gain > old.gain;
     if let Some(position) = list.iter().position(|old| same(&old.shell.estimate, &new.shell.estimate, 0.1)) {
-        if !worse(&list[position]) {
+        if !worse(&list[position]) || fault::is(Fault::Kept) {
             return;
         }
         list.remove(position);
