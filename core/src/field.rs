@@ -12,7 +12,7 @@ pub struct View<'a> {
     /// Points before this index lie in the mask of fruit-coloured pixels; the others are what is seen around it. They
     /// show where fruit are not. The paper's search makes no difference.
     pub in_mask: usize,
-    /// Outline rays found in the depth image; may be empty, at most [`MAX_OUTLINE`]. Without a viewpoint they mean nothing.
+    /// Outline rays found in the depth image; may be empty, at most [`MAX_OUTLINE`](crate::MAX_OUTLINE). Without a viewpoint they mean nothing.
     pub outline: &'a [OutlineRay],
     /// Angle between neighbouring points of a frontal surface, rad: one over the focal length in pixels where each pixel is
     /// a point. 0: not known, and how much of a fruit is visible is not tested.

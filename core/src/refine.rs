@@ -25,7 +25,7 @@ pub struct Estimate {
     pub axes: [[f32; 3]; 3],
     /// `ln a, ln b, ln c`.
     pub ln_axes: [f32; 3],
-    /// `k` of [`crate::nuisance`].
+    /// How much fuller than an ellipsoid it is between its axes, see [`MapConfig::boxiness`](crate::MapConfig::boxiness).
     pub boxiness: f32,
 }
 

@@ -17,7 +17,7 @@
 //! `s_ax` in mm along the ray and `s_lat` in rad across it. The range of the centre stands for that of the point: one
 //! division less, and a few per cent of a standard deviation do not matter.
 //!
-//! Derivatives at `u` in the parameters of [`crate::refine`]: `dF/dc = -g` (body frame),
+//! Derivatives at `u` in the parameters of `crate::refine`: `dF/dc = -g` (body frame),
 //! `dF/dr = (u2 u3 (b/c - c/b), u3 u1 (c/a - a/c), u1 u2 (a/b - b/a))`, `dF/d ln a_k = -u_k^2`: products of `u` and constants.
 //!
 //! Without a viewpoint (a complete surface from a scanner) there is no ray: `u = w / |w|`, `F = |w| - 1`, and all of

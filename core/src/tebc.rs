@@ -13,7 +13,7 @@
 //! block - which needs neither intrinsics nor `unsafe`, and every width gives the same count:
 //! * [`Shell::count`] takes points that lie side by side. It is inlined always, so that a caller that was compiled for
 //!   wider registers counts in those.
-//! * [`Shell::score`] takes a list of indices, [`LANES`] at a time: their coordinates are brought side by side first.
+//! * [`Shell::score`] takes a list of indices, `LANES` at a time: their coordinates are brought side by side first.
 
 use crate::{CentralQuadric, Point3, point::at};
 

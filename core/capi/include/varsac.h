@@ -4,7 +4,7 @@
  * Nothing here is thread-safe by itself and nothing needs to be: all memory is the caller's, so two searches with
  * two workspaces can run at the same time.
  *
- * A search takes up to 8 KiB of stack on a Cortex-M with floating point, 11 KiB without.
+ * A search takes up to 8 KiB of stack on a Cortex-M.
  *
  * Link with libvarsac.a. Do not switch flush-to-zero on (-ffast-math may do so): results would differ.
  */

@@ -1,10 +1,10 @@
 //! Experiments on one-sided views: a method is given what a depth camera saw of a fruit, and is held to the truth.
 //!
 //! * [`methods`]: the default search with and without outlines, the paper's, RANSAC, direct least squares; asked alike.
-//! * [`measure`]: scenes in, for each method and scene an [`Outcome`]: errors, verdict, findings, time.
+//! * [`measure`](mod@measure): scenes in, for each method and scene an [`Outcome`]: errors, verdict, findings, time.
 //! * [`coverage`]: how far out in its own covariance the truth lies.
 //! * [`summary`]: quantiles, acceptance and errors of many outcomes: a row of a table.
-//! * The experiments: [`one_sided`], [`outline`], [`decoys`], [`calibration`], [`touching`].
+//! * The experiments: `one_sided`, `outline`, `decoys`, `calibration`, `touching`.
 //!
 //! How the criteria are read:
 //! * of a scene the *subject* counts, the fruit in its middle; of what a method found, accepted or not, the detection
