@@ -68,15 +68,16 @@ impl Demo {
     pub fn table(&self) -> String {
         let truths: Vec<EllipsoidF64> = self.truth.iter().map(|fruit| fruit.ellipsoid).collect();
         let found: Vec<EllipsoidF64> =
-            self.located.targets.iter().map(|t| EllipsoidF64::from(&t.ellipsoid)).collect();
+            self.located.accepted().map(|target| EllipsoidF64::from(&target.ellipsoid)).collect();
         let centres = |list: &[EllipsoidF64]| list.iter().map(|e| e.centre_mm).collect::<Vec<_>>();
         let matching = match_centres(&centres(&truths), &centres(&found), GATE_MM);
 
         let mut text = format!(
-            "A rendered Kinect v2 view (mean of 16 exposures): {} jujubes, {} targets found, {} false.\n\n",
+            "A rendered Kinect v2 view (mean of 16 exposures): {} jujubes; {} targets accepted, {} false; {} refused.\n\n",
             truths.len(),
             found.len(),
-            matching.false_detections.len()
+            matching.false_detections.len(),
+            self.located.targets.len() - found.len()
         );
         let _ = writeln!(
             text,
@@ -93,7 +94,7 @@ impl Demo {
                 100.0 * fruit.visible_fraction
             );
             match matching.matches.iter().find(|pair| pair.truth == k) {
-                None => text.push_str("  not found\n"),
+                None => text.push_str("  not accepted\n"),
                 Some(pair) => {
                     let fit = &found[pair.detection];
                     let size: f64 = (0..3).map(|i| (truth.semi_axes_mm[i] - fit.semi_axes_mm[i]).abs()).sum();
