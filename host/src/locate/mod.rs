@@ -377,10 +377,13 @@ pub fn locate_cloud_with(
     let mut notes = notes;
     notes.extend(kept.is_thinned().then(|| kept.to_string()));
     let mut view = RegionView::of_cloud(kept.points);
+    let mut pitch_rad = view.pitch_rad;
     if options.config.map.viewpoint == Viewpoint::Origin {
-        view.pitch_rad = pitch_of(&view.points);
+        pitch_rad = pitch_of(&cloud.points_mm);
+        // Of the pixels of a thinned cloud each stands for several.
+        let stands_for = cloud.points_mm.len() as f32 / view.points.len().max(1) as f32;
+        view.pitch_rad = pitch_rad * stands_for.sqrt();
     }
-    let pitch_rad = view.pitch_rad;
     let work = Work { input, name: &cloud.name, started };
     search(&work, searcher, vec![view], (pitch_rad, false), notes, options)
 }
