@@ -445,10 +445,9 @@ fn degenerate_clouds_are_not_accepted() {
 #[test]
 fn too_many_points_are_thinned_and_that_is_said() {
     let folder = folder();
-    let args = ["locate", "-", "--capacity", "500", "--viewpoint", "none"];
-    let output = varsac(folder.path(), &args, &surface_csv(3000));
+    let output = varsac(folder.path(), &["locate", "-", "--capacity", "500"], &seen_csv(1200.0));
     assert_eq!(output.status.code(), Some(0));
-    assert!(text(&output.stdout).contains("kept 500 of 3000 points"), "{}", text(&output.stdout));
+    assert!(text(&output.stdout).contains("kept 500 of 3040 points"), "{}", text(&output.stdout));
 }
 
 #[test]
