@@ -22,7 +22,7 @@ pub enum Fruit {
     Egg,
     /// Cherry tomato, 20 to 40 mm.
     CherryTomato,
-    /// Any fruit of 10 to 120 mm.
+    /// Any fruit of 10 to 120 mm: limits for the paper's methods; to the others its size is unknown.
     Generic,
     /// Any ellipsoid of any size: no limits.
     None,

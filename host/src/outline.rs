@@ -57,6 +57,11 @@ pub fn outline_rays(
                 if !inside.is_some_and(|z| (z - inner).abs() < step_mm) {
                     continue;
                 }
+                // What the border of the image cuts has no outline there.
+                let end = (u + GAP * du, v + GAP * dv);
+                if depth.get(end.0, end.1).is_none() {
+                    continue;
+                }
                 let Some((offset_px, sigma_px, outer_mm)) = walk(&at, (u, v), (du, dv), inner, step_mm)
                 else {
                     continue;

@@ -47,7 +47,7 @@ pub(crate) fn overlays(located: &Located) -> Vec<Overlay> {
             None => {
                 Status::Found(format!("{:.0} % of {}", 100.0 * target.score.ratio(), target.score.candidates))
             }
-            Some(refusal) => Status::Refused(format!("{} {:.2}", refusal.code, refusal.value)),
+            Some(refusal) => Status::Refused(refusal.brief()),
         },
         centre_covariance_mm2: target.covariance.map(|c| {
             let rows = c.rows();

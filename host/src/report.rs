@@ -7,7 +7,7 @@ use varsac_core::Ellipsoid;
 
 use crate::{
     digest::Digest,
-    locate::{Located, Refusal, Target},
+    locate::{LearntSize, Located, Refusal, Target},
 };
 
 /// The JSON object of one input.
@@ -23,6 +23,9 @@ pub struct InputReport<'a> {
     pub seed: u64,
     /// Points that were searched.
     pub points: usize,
+    /// The mean size that was looked for, where it was learnt from the run's own fruit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub learnt_size: Option<LearntSize>,
     /// Wall time of segmentation, back-projection and search, without reading and drawing.
     pub elapsed_ms: f64,
     /// Targets in the order found, region by region.
@@ -71,6 +74,7 @@ impl<'a> InputReport<'a> {
             method: located.method.name(),
             seed: located.seed,
             points: located.points.len(),
+            learnt_size: located.learnt_size,
             elapsed_ms: (located.elapsed.as_secs_f64() * 1e5).round() / 100.0,
             detections: located.targets.iter().map(DetectionReport::new).collect(),
         }
@@ -111,16 +115,54 @@ pub fn bits(ellipsoid: &Ellipsoid) -> Digest {
     digest
 }
 
+/// "2 targets accepted, 1 refused".
+fn counted(located: &Located) -> String {
+    let accepted = located.accepted().count();
+    let refused = located.targets.len() - accepted;
+    let mut text = match accepted {
+        0 if refused == 0 => "nothing found".to_owned(),
+        0 => "nothing accepted".to_owned(),
+        1 => "1 target accepted".to_owned(),
+        n => format!("{n} targets accepted"),
+    };
+    if refused > 0 {
+        let _ = write!(text, ", {refused} refused");
+    }
+    text
+}
+
+/// A line of the table. Lengths have the decimals that four digits of the shortest semi-axis need: fruit in millimetres and
+/// simulations of unit size alike.
+fn line(number: usize, target: &Target) -> String {
+    let (c, s, a) = (target.ellipsoid.centre, target.ellipsoid.semi_axes, target.ellipsoid.axes[0]);
+    let fine = (3.0 - s[2].log10().floor()).clamp(1.0, 9.0) as usize;
+    let coarse = fine.saturating_sub(1);
+    let sigma =
+        target.covariance.map_or_else(|| "-".to_owned(), |c| format!("{:.fine$}", c.sigma_centre_max_mm()));
+    let status = target.refusal.as_ref().map_or_else(|| "accepted".to_owned(), ToString::to_string);
+    format!(
+        "  {number:>3}  {:>8.coarse$} {:>8.coarse$} {:>8.coarse$} {sigma:>6}  {:>6.fine$} {:>6.fine$} {:>6.fine$}  \
+         {:>5.2} {:>5.2} {:>5.2}  {:>4.0}% {:>7}  {status}\n",
+        c.x,
+        c.y,
+        c.z,
+        s[0],
+        s[1],
+        s[2],
+        a[0],
+        a[1],
+        a[2],
+        100.0 * target.score.ratio(),
+        target.score.inliers
+    )
+}
+
 /// The table for a person: a heading line and a line a target.
 pub fn table(located: &Located) -> String {
     let mut text = format!(
         "{}: {} in {} points, {:.1} ms ({}, seed {})\n",
         located.input,
-        match located.targets.len() {
-            0 => "nothing found".to_owned(),
-            1 => "1 target".to_owned(),
-            n => format!("{n} targets"),
-        },
+        counted(located),
         located.points.len(),
         located.elapsed.as_secs_f64() * 1e3,
         located.method.name(),
@@ -134,28 +176,11 @@ pub fn table(located: &Located) -> String {
     }
     let _ = writeln!(
         text,
-        "  {:>3}  {:>8} {:>8} {:>8}  {:>6} {:>6} {:>6}  {:>17}  {:>5} {:>7}  status",
-        "#", "x mm", "y mm", "z mm", "a mm", "b mm", "c mm", "long axis", "score", "inliers"
+        "  {:>3}  {:>8} {:>8} {:>8} {:>6}  {:>6} {:>6} {:>6}  {:>17}  {:>5} {:>7}  status",
+        "#", "x mm", "y mm", "z mm", "+- mm", "a mm", "b mm", "c mm", "long axis", "score", "inliers"
     );
     for (k, target) in located.targets.iter().enumerate() {
-        let (c, s, a) = (target.ellipsoid.centre, target.ellipsoid.semi_axes, target.ellipsoid.axes[0]);
-        let status = target.refusal.as_ref().map_or_else(|| "accepted".to_owned(), ToString::to_string);
-        let _ = writeln!(
-            text,
-            "  {:>3}  {:>8.1} {:>8.1} {:>8.1}  {:>6.2} {:>6.2} {:>6.2}  {:>5.2} {:>5.2} {:>5.2}  {:>4.0}% {:>7}  {status}",
-            k + 1,
-            c.x,
-            c.y,
-            c.z,
-            s[0],
-            s[1],
-            s[2],
-            a[0],
-            a[1],
-            a[2],
-            100.0 * target.score.ratio(),
-            target.score.inliers
-        );
+        text.push_str(&line(k + 1, target));
     }
     text
 }

@@ -4,11 +4,11 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
-use varsac_core::{Constraint, Ellipsoid};
+use varsac_core::{Viewpoint, mixture::MixtureConfig};
 use varsac_host::cloud::Cloud;
 use varsac_host::frame::Frame;
 use varsac_host::fruit::Fruit;
-use varsac_host::locate::{Camera, Located, Options, RegionSource, Target, fit_all, locate_frame};
+use varsac_host::locate::{Camera, Located, Method, Options, RegionSource, locate_cloud, locate_frame};
 use varsac_host::segment::preset;
 
 /// A folder of the recordings.
@@ -23,55 +23,96 @@ fn recordings(folder: &str) -> Option<PathBuf> {
     Some(path)
 }
 
-fn reference_semi_axes(cloud: &Path) -> [f64; 3] {
+/// The semi-axes of a reference fit by this criterion.
+fn reference_semi_axes(cloud: &Path, criterion: Method) -> [f64; 3] {
     let text = std::fs::read_to_string(cloud.with_extension("truth.json")).unwrap();
     let truth: Value = serde_json::from_str(&text).unwrap();
-    let axes = &truth["reference_fits"]["algebraic"]["semiaxes"];
+    let axes = &truth["reference_fits"][criterion.name()]["semiaxes"];
     [0, 1, 2].map(|k| axes[k].as_f64().unwrap())
 }
 
-fn direct(cloud: &Path) -> [f64; 3] {
-    let points = Cloud::read(cloud, None).unwrap().points_mm;
-    let surface = fit_all(&points, Constraint::Trace).unwrap();
-    Ellipsoid::from(&surface).semi_axes.map(f64::from)
+/// All points, by this method; with the uncertainty of the semi-axes.
+fn semi_axes(cloud: &Path, method: Method) -> ([f64; 3], [f64; 3]) {
+    let options = Options { method, ..Options::new(Fruit::None.config(), RegionSource::Mask, 1) };
+    let located = locate_cloud("cloud", &Cloud::read(cloud, None).unwrap(), &options).unwrap();
+    let [target] = &located.targets[..] else { panic!("{}: {:?}", cloud.display(), located.targets) };
+    let covariance = target.covariance.expect("more than nine points");
+    let sigma = [3, 4, 5].map(|k| f64::from(covariance.entry(k, k)).sqrt());
+    (target.ellipsoid.semi_axes.map(f64::from), sigma)
+}
+
+fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
+    let mut paths: Vec<PathBuf> =
+        std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|own| own == extension));
+    paths.sort();
+    paths
 }
 
 #[test]
-fn magnetometer_logs_give_the_algebraic_semi_axes() {
+fn magnetometer_logs_give_the_semi_axes_of_both_reference_fits() {
     let Some(folder) = recordings("mag") else { return };
-    let mut logs: Vec<PathBuf> =
-        std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
-    logs.retain(|path| path.extension().is_some_and(|extension| extension == "csv"));
-    logs.sort();
+    let logs = files(&folder, "csv");
     assert_eq!(logs.len(), 8);
     for log in logs {
-        for (value, expected) in direct(&log).into_iter().zip(reference_semi_axes(&log)) {
-            let off = (value / expected - 1.0).abs();
-            println!("{}: {value:.4}, algebraic {expected:.4}, off by {:.4} %", log.display(), 100.0 * off);
-            assert!(off < 1e-3);
+        for method in [Method::Algebraic, Method::Geometric] {
+            let (values, sigma) = semi_axes(&log, method);
+            for ((value, expected), sigma) in
+                values.into_iter().zip(reference_semi_axes(&log, method)).zip(sigma)
+            {
+                let off = (value / expected - 1.0).abs();
+                println!(
+                    "{}: {value:.4} +- {sigma:.4}, {} {expected:.4}, off by {:.4} %",
+                    log.display(),
+                    method.name(),
+                    100.0 * off
+                );
+                assert!(off < 1e-3);
+                assert!(sigma > 0.0 && sigma < 0.02 * value);
+            }
         }
     }
 }
 
 #[test]
-fn scanned_fruit_give_the_algebraic_semi_axes() {
+fn scanned_fruit_give_the_semi_axes_of_both_reference_fits() {
     let Some(folder) = recordings("clouds") else { return };
     for name in ["ycb-014_lemon.ply", "ycb-056_tennis_ball.ply"] {
         let scan = folder.join(name);
-        for (value, expected) in direct(&scan).into_iter().zip(reference_semi_axes(&scan)) {
-            println!("{name}: {value:.4} mm, algebraic {expected:.4} mm");
-            assert!((value - expected).abs() < 0.2);
+        for method in [Method::Algebraic, Method::Geometric] {
+            let (values, sigma) = semi_axes(&scan, method);
+            for ((value, expected), sigma) in
+                values.into_iter().zip(reference_semi_axes(&scan, method)).zip(sigma)
+            {
+                println!("{name}: {value:.4} +- {sigma:.4} mm, {} {expected:.4} mm", method.name());
+                assert!((value - expected).abs() < 0.2);
+            }
         }
+    }
+}
+
+#[test]
+fn scans_without_fruit_have_no_accepted_target_of_any_size() {
+    let Some(folder) = recordings("clouds") else { return };
+    let mut config = Fruit::None.config();
+    config.method = varsac_core::Method::Mixture;
+    config.mixture = MixtureConfig::SURFACE;
+    config.map.viewpoint = Viewpoint::None;
+    let clouds = files(&folder, "pcd");
+    assert_eq!(clouds.len(), 2);
+    for cloud in clouds {
+        let options = Options::new(config.clone(), RegionSource::Mask, 1);
+        let located = locate_cloud("cloud", &Cloud::read(&cloud, None).unwrap(), &options).unwrap();
+        let codes: Vec<String> =
+            located.targets.iter().filter_map(|t| t.refusal.map(|r| r.brief())).collect();
+        println!("{}: {}", cloud.display(), codes.join(", "));
+        assert_eq!(located.accepted().count(), 0);
     }
 }
 
 fn located(folder: &Path, name: &str, fruit: Fruit, regions: RegionSource) -> Located {
     let options = Options::new(fruit.config(), regions, 1);
     locate_frame(name, &Frame::read(&folder.join(name)).unwrap(), &options).unwrap()
-}
-
-fn accepted(located: &Located) -> impl Iterator<Item = &Target> {
-    located.targets.iter().filter(|target| target.refusal.is_none())
 }
 
 #[test]
@@ -81,7 +122,7 @@ fn no_target_is_accepted_where_there_is_no_fruit() {
         for fruit in [Fruit::Jujube, Fruit::Apple] {
             let colour = RegionSource::Colour(preset(fruit.name()));
             let located = located(&folder, name, fruit, colour);
-            let false_targets = accepted(&located).count();
+            let false_targets = located.accepted().count();
             println!(
                 "{name} as {}: {} of {} targets accepted",
                 fruit.name(),
@@ -113,13 +154,13 @@ fn measured(regions: impl Fn() -> RegionSource) -> Option<(Vec<Apple>, usize)> {
     let (mut apples, mut targets) = (Vec::new(), 0);
     for name in ["fuji-121804", "fuji-125309"] {
         let located = located(&folder, name, Fruit::Apple, regions());
-        targets += accepted(&located).count();
+        targets += located.accepted().count();
         let frame = Frame::read(&folder.join(name)).unwrap();
         let camera = Camera::of(&frame).unwrap();
         let view = camera.view(&frame);
         let instances = frame.instances.as_ref().unwrap();
         for (instance, caliper_mm) in open_apples(&folder, name) {
-            let diameter = accepted(&located).find_map(|target| {
+            let diameter = located.accepted().find_map(|target| {
                 let (u, v) = view.project(&target.ellipsoid.centre.cast())?;
                 let own = instances.get(u.round() as i64, v.round() as i64) == Some(instance);
                 own.then(|| target.ellipsoid.semi_axes.iter().map(|&a| f64::from(a)).sum::<f64>() / 1.5)

@@ -36,5 +36,5 @@ pub(super) fn run(args: &DemoArgs) -> Result<Outcome, InputError> {
     picture::of_frame(&demo.frame, &demo.camera, &demo.located, &args.draw)?;
     print(&demo.table())?;
     print(&format!("Picture: {}\n", args.draw.display()))?;
-    Ok(if demo.located.targets.is_empty() { Outcome::NothingFound } else { Outcome::Found })
+    Ok(if demo.located.accepted().next().is_some() { Outcome::Found } else { Outcome::NothingFound })
 }

@@ -14,13 +14,19 @@ use crate::{
     frame::{Frame, png_file},
     fruit::Fruit,
     locate::{
-        Camera, CameraNoise, Here, Located, MAX_CAPACITY, Method, Options, RegionSource, Searcher,
-        locate_cloud_with, locate_frame_with,
+        Camera, CameraNoise, Here, LearntSize, Located, MAX_CAPACITY, Method, Options, RegionSource,
+        Searcher, locate_cloud_with, locate_frame_with,
     },
     picture, ply_out,
     report::{InputReport, table},
     segment::{AreaLimits, HueRange, SegmentOptions, preset},
 };
+
+/// Headings of the help.
+const FRAMES: &str = "Options for frames";
+const CAMERA: &str = "Options for the camera (map)";
+const OUTPUT: &str = "Options for the output";
+const PAPER: &str = "Options for the paper's methods (varsac, ransac, direct)";
 
 /// Options of `varsac locate`.
 #[derive(Debug, Args)]
@@ -29,101 +35,51 @@ A frame folder holds color.png (8 bit), depth.png (16 bit) and intrinsics.json; 
 and calibration.json for an unregistered Kinect v2 pair; optionally mask.png and instances.png. Results are in
 millimetres in the camera's optical frame: x right, y down, z forward.
 
+A target is accepted or refused with the test it failed, the value and the limit; refused ones are listed and drawn
+too, but are not found. Exit code: 0 at least one target accepted, 1 none, 2 usage or unreadable input.
+
 Examples:
   varsac locate frames/tree-1 --draw found.png
   varsac locate frames/* --fruit apple --json > found.jsonl
-  varsac locate scan.ply --fruit lemon --radius all --constraint trace
-  varsac locate log.csv --fruit none --method direct --constraint trace")]
+  varsac locate frames/* --learn-size                           an orchard whose fruit may be larger than usual
+  varsac locate view.csv --prior 34,0.1,27,0.1                  fruit of your own size, 34 x 27 x 27 mm within 10 %
+  varsac locate view.csv --fruit none                           one view of fruit of unknown size
+  varsac locate scan.ply --fruit none --viewpoint none          complete surfaces of any size
+  varsac locate log.csv --fruit none --method geometric         one ellipsoid through every point: a magnetometer
+  varsac locate view.csv --method varsac --radius 30            the paper's search")]
 pub(super) struct LocateArgs {
     /// Frame folders, clouds (.ply .pcd .csv .xyz), or - for csv on standard input.
     #[arg(required = true, value_name = "INPUT")]
     inputs: Vec<PathBuf>,
 
-    /// What to look for: colour, size limits and sampling.
+    /// What to look for: its colour and its size.
     #[arg(long, value_enum, default_value = "jujube")]
     fruit: Fruit,
-    /// Limits of the semi-axes instead of the fruit's, e.g. 9.5..24.5 (millimetres).
-    #[arg(long, value_name = "MIN..MAX", value_parser = parse_range)]
-    semi_axes: Option<(f32, f32)>,
     /// Size of the fruit instead of the kind's: mean semi-axes, longest first, each with its relative standard deviation, e.g.
     /// 21.75,0.035,10.9,0.06 for a fruit with two equal short semi-axes, or six numbers (millimetres). Wide (0.15) where
     /// sizes vary or are not known well.
     #[arg(long, value_name = "A,SD,B,SD[,C,SD]", value_delimiter = ',')]
     prior: Option<Vec<f32>>,
-    /// Search method.
-    #[arg(long, value_enum, default_value = "map")]
-    method: Method,
-    /// From where the points were seen: the camera at the origin, or all around (a scanner's complete surface).
+    /// Search everything twice: first with the size loosened by 15 %, then with the mean size learnt from what was accepted.
+    /// For an orchard whose fruit may be larger or smaller than the kind's usual size, by 20 % at most; needs 12 accepted fits.
+    #[arg(long)]
+    learn_size: bool,
+    /// How to search [default: map; mixture where the size is not known; varsac with --preset].
+    #[arg(long, value_enum)]
+    method: Option<Method>,
+    /// From where the points were seen: from the camera at the origin, or from all around (a scanner's complete surface).
+    /// For map and mixture.
     #[arg(long, value_enum, default_value = "origin")]
     viewpoint: ViewpointArg,
-    /// How careful to be before a target is accepted.
+    /// How careful map is before it accepts a target.
     #[arg(long, value_enum, default_value = "balanced")]
     gate: GateArg,
-    /// Standard deviation of the depth camera along its rays, millimetres [default: 1].
-    #[arg(long, value_name = "MM")]
-    axial_noise: Option<f32>,
-    /// Standard deviation of where a depth pixel looks, depth pixels [default: 0.365; 2 where depth was enlarged].
-    #[arg(long, value_name = "PIXELS")]
-    lateral_noise: Option<f32>,
-    /// How much a depth pixel tells beside one with noise of its own, above 0 to 1 [default: 1; 0.1 where depth was enlarged to
-    /// a finer colour image].
-    #[arg(long, value_name = "SHARE")]
-    independence: Option<f32>,
-    /// Do not use the outline of the fruit in the depth image.
-    #[arg(long)]
-    no_outline: bool,
-    /// A table of the paper as configuration, instead of the fruit's.
-    #[arg(long, value_enum)]
-    preset: Option<Preset>,
-    /// How least squares fix the scale of the quadric.
-    #[arg(long, value_enum, default_value = "a11")]
-    constraint: ConstraintArg,
-    /// Sampling radius r_s around the seed point in millimetres, or all.
-    #[arg(long, value_name = "R|all", value_parser = parse_radius)]
-    radius: Option<f32>,
-    /// Half-thickness d of the counting shell, part of each semi-axis.
-    #[arg(long, value_name = "D")]
-    shell: Option<f32>,
-    /// Probability of having drawn a good sample when the search stops.
-    #[arg(long, value_name = "P")]
-    confidence: Option<f32>,
-    /// Sample sizes, tried in turn.
-    #[arg(long, value_name = "N,N,...", value_delimiter = ',')]
-    sizes: Option<Vec<u8>>,
-    /// Trials per target at most.
-    #[arg(long, value_name = "N")]
-    max_trials: Option<u32>,
-    /// Least-squares refits of the best hypothesis.
-    #[arg(long, value_name = "N")]
-    refits: Option<u8>,
-    /// Points a target must have.
-    #[arg(long, value_name = "N")]
-    min_inliers: Option<u16>,
-    /// Part of its neighbourhood that a hypothesis must explain, 0 to 1.
-    #[arg(long, value_name = "W")]
-    min_ratio: Option<f32>,
     /// Targets per region at most.
     #[arg(long, value_name = "N")]
     max_targets: Option<u8>,
     /// Seed of the random stream; the same input and seed give the same bits.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-
-    /// Where the regions of a frame come from: its colour, its mask.png, or its instances.png.
-    #[arg(long, value_enum, default_value = "colour", conflicts_with = "mask")]
-    regions: RegionsArg,
-    /// A mask image for all frames: one value is split into connected regions, several values are instances.
-    #[arg(long, value_name = "FILE.png")]
-    mask: Option<PathBuf>,
-    /// Hue range in degrees instead of the fruit's; 252..36 passes through 360.
-    #[arg(long, value_name = "FROM..TO", value_parser = parse_hue)]
-    hue: Option<HueRange>,
-    /// Regions smaller than this many colour pixels are removed.
-    #[arg(long, value_name = "PIXELS")]
-    min_area: Option<u32>,
-    /// Drop depth pixels whose 3x3 neighbourhood spans more than this (flying pixels), millimetres.
-    #[arg(long, value_name = "MM")]
-    flying_span: Option<f32>,
     /// Unit of a cloud's coordinates [default: m for .pcd, mm otherwise].
     #[arg(long, value_enum)]
     unit: Option<Unit>,
@@ -132,15 +88,79 @@ pub(super) struct LocateArgs {
     #[arg(long, value_name = "N")]
     capacity: Option<usize>,
 
+    /// Where the regions of a frame come from: its colour, its mask.png, or its instances.png.
+    #[arg(long, help_heading = FRAMES, value_enum, default_value = "colour", conflicts_with = "mask")]
+    regions: RegionsArg,
+    /// A mask image for all frames: one value is split into connected regions, several values are instances.
+    #[arg(long, help_heading = FRAMES, value_name = "FILE.png")]
+    mask: Option<PathBuf>,
+    /// Hue range in degrees instead of the fruit's; 252..36 passes through 360.
+    #[arg(long, help_heading = FRAMES, value_name = "FROM..TO", value_parser = parse_hue)]
+    hue: Option<HueRange>,
+    /// Regions smaller than this many colour pixels are removed.
+    #[arg(long, help_heading = FRAMES, value_name = "PIXELS")]
+    min_area: Option<u32>,
+    /// Drop depth pixels whose 3x3 neighbourhood spans more than this (flying pixels), millimetres.
+    #[arg(long, help_heading = FRAMES, value_name = "MM")]
+    flying_span: Option<f32>,
+    /// Standard deviation of the depth camera along its rays, millimetres [default: 1; 3 where depth was enlarged to a finer
+    /// colour image].
+    #[arg(long, help_heading = CAMERA, value_name = "MM")]
+    axial_noise: Option<f32>,
+    /// Standard deviation of where a depth pixel looks, depth pixels [default: 0.365; 2 where depth was enlarged].
+    #[arg(long, help_heading = CAMERA, value_name = "PIXELS")]
+    lateral_noise: Option<f32>,
+    /// How much a depth pixel tells beside one with noise of its own, above 0 to 1 [default: 1; 0.02 where depth was
+    /// enlarged].
+    #[arg(long, help_heading = CAMERA, value_name = "SHARE")]
+    independence: Option<f32>,
+    /// Do not use the outline of the fruit in the depth image.
+    #[arg(long, help_heading = CAMERA)]
+    no_outline: bool,
+
     /// Draw the result; with several inputs the name of each is put before the extension.
-    #[arg(long, value_name = "FILE.png")]
+    #[arg(long, help_heading = OUTPUT, value_name = "FILE.png")]
     draw: Option<PathBuf>,
     /// Write the searched points coloured by target; several inputs as with --draw.
-    #[arg(long, value_name = "FILE.ply")]
+    #[arg(long, help_heading = OUTPUT, value_name = "FILE.ply")]
     cloud_out: Option<PathBuf>,
     /// One JSON object per input line instead of tables.
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     json: bool,
+
+    /// Limits of the semi-axes instead of the fruit's, e.g. 9.5..24.5 (millimetres). For varsac and ransac.
+    #[arg(long, help_heading = PAPER, value_name = "MIN..MAX", value_parser = parse_range)]
+    semi_axes: Option<(f32, f32)>,
+    /// A table of the paper as configuration, instead of the fruit's.
+    #[arg(long, help_heading = PAPER, value_enum)]
+    preset: Option<Preset>,
+    /// How least squares fix the scale of the quadric. For varsac and direct.
+    #[arg(long, help_heading = PAPER, value_enum, default_value = "a11")]
+    constraint: ConstraintArg,
+    /// Sampling radius r_s around the seed point in millimetres, or all.
+    #[arg(long, help_heading = PAPER, value_name = "R|all", value_parser = parse_radius)]
+    radius: Option<f32>,
+    /// Half-thickness d of the counting shell, part of each semi-axis.
+    #[arg(long, help_heading = PAPER, value_name = "D")]
+    shell: Option<f32>,
+    /// Probability of having drawn a good sample when the search stops.
+    #[arg(long, help_heading = PAPER, value_name = "P")]
+    confidence: Option<f32>,
+    /// Sample sizes, tried in turn.
+    #[arg(long, help_heading = PAPER, value_name = "N,N,...", value_delimiter = ',')]
+    sizes: Option<Vec<u8>>,
+    /// Trials per target at most.
+    #[arg(long, help_heading = PAPER, value_name = "N")]
+    max_trials: Option<u32>,
+    /// Least-squares refits of the best hypothesis.
+    #[arg(long, help_heading = PAPER, value_name = "N")]
+    refits: Option<u8>,
+    /// Points a target must have. (What map and mixture demand follows from --gate and the size.)
+    #[arg(long, help_heading = PAPER, value_name = "N")]
+    min_inliers: Option<u16>,
+    /// Part of its neighbourhood that a hypothesis must explain, 0 to 1.
+    #[arg(long, help_heading = PAPER, value_name = "W")]
+    min_ratio: Option<f32>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -217,11 +237,52 @@ fn parse_radius(text: &str) -> Result<f32, String> {
 }
 
 impl LocateArgs {
-    /// The search method asked for.
+    /// The search method asked for; where the size is not known, the default is the search without it.
     pub(super) fn method(&self) -> Method {
-        match self.method {
-            Method::Map if self.fruit == Fruit::None && self.prior.is_none() => Method::Mixture,
-            method => method,
+        let of_options = if self.preset.is_some() {
+            Method::Varsac
+        } else if self.is_sized() {
+            Method::Map
+        } else {
+            Method::Mixture
+        };
+        self.method.unwrap_or(of_options)
+    }
+
+    /// True when the options tell how large the fruit are.
+    fn is_sized(&self) -> bool {
+        self.prior.is_some() || !matches!(self.fruit, Fruit::None | Fruit::Generic)
+    }
+
+    /// Says on standard error which of the given options play no part in the method: a user who turns one of them shall not
+    /// wonder why nothing changes.
+    fn note_idle_options(&self) {
+        let method = self.method();
+        let paper = [
+            ("--semi-axes", self.semi_axes.is_some() && self.prior.is_none()),
+            ("--preset", self.preset.is_some()),
+            ("--radius", self.radius.is_some()),
+            ("--confidence", self.confidence.is_some()),
+            ("--sizes", self.sizes.is_some()),
+            ("--max-trials", self.max_trials.is_some()),
+            ("--refits", self.refits.is_some()),
+            ("--min-inliers", self.min_inliers.is_some()),
+            ("--min-ratio", self.min_ratio.is_some()),
+        ];
+        let sized = [
+            ("--prior", self.prior.is_some()),
+            ("--axial-noise", self.axial_noise.is_some()),
+            ("--lateral-noise", self.lateral_noise.is_some()),
+            ("--independence", self.independence.is_some()),
+        ];
+        let idle = match method {
+            Method::Varsac | Method::Ransac => &sized[..],
+            Method::Map => &paper[..],
+            _ => &[paper.as_slice(), &sized].concat(),
+        };
+        let names: Vec<&str> = idle.iter().filter(|(_, given)| *given).map(|(name, _)| *name).collect();
+        if !names.is_empty() {
+            eprintln!("varsac: note: {} has no say in --method {}", names.join(", "), method.name());
         }
     }
 
@@ -311,6 +372,27 @@ impl LocateArgs {
                 "give A,SD,B,SD (two equal short semi-axes) or A,SD,B,SD,C,SD in millimetres, e.g. 21.75,0.035,10.9,0.06",
             ));
         }
+        if self.method() == Method::Map && !self.is_sized() {
+            return Err(InputError::at(
+                "--method",
+                "map needs to know the size",
+                "name a fruit or give --prior, or leave it out to search without a size (mixture)",
+            ));
+        }
+        if self.learn_size && self.method() != Method::Map {
+            return Err(InputError::at(
+                "--learn-size",
+                format!("has no size to learn with --method {}", self.method().name()),
+                "name a fruit or give --prior, with --method map",
+            ));
+        }
+        if self.learn_size && self.inputs.iter().any(|path| path.as_os_str() == "-") {
+            return Err(InputError::at(
+                "--learn-size",
+                "reads every input twice, standard input can be read once",
+                "save it as a file",
+            ));
+        }
         let config = self.config();
         config.check().map_err(|error| {
             InputError::at(format!("--{}", option_of(error.field)), error.to_string(), "change that option")
@@ -375,11 +457,16 @@ pub(super) fn run(args: &LocateArgs) -> Result<Outcome, InputError> {
 
 /// [`run`], the regions searched by somebody else.
 pub(super) fn run_with(args: &LocateArgs, searcher: &mut dyn Searcher) -> Result<Outcome, InputError> {
-    let options = args.options()?;
+    let mut options = args.options()?;
+    args.note_idle_options();
+    let mut camera = None;
+    if args.learn_size {
+        let learnt = learn_size(args, &options, searcher, &mut camera);
+        options = options.with_learnt_size(learnt);
+    }
     let progress = progress(args.inputs.len());
     let mut outcome = Outcome::NothingFound;
     let mut failed = None;
-    let mut camera = None;
     for path in &args.inputs {
         match one(args, path, &options, searcher, &mut camera) {
             Ok((text, found)) => {
@@ -405,6 +492,26 @@ pub(super) fn run_with(args: &LocateArgs, searcher: &mut dyn Searcher) -> Result
     }
 }
 
+/// The first of two searches of `--learn-size`. What cannot be read is left to the second to name.
+fn learn_size(
+    args: &LocateArgs,
+    options: &Options,
+    searcher: &mut dyn Searcher,
+    camera: &mut Option<Camera>,
+) -> LearntSize {
+    let loose = options.clone().with_loose_size();
+    let progress = progress(args.inputs.len());
+    let mut targets = Vec::new();
+    for path in &args.inputs {
+        if let Ok((located, _)) = located(args, path, &loose, searcher, camera) {
+            targets.extend(located.targets);
+        }
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+    LearntSize::of(&options.config.map.prior, &targets)
+}
+
 /// Progress on a terminal when there is more than a moment's work.
 fn progress(inputs: usize) -> ProgressBar {
     if inputs < 3 {
@@ -412,6 +519,23 @@ fn progress(inputs: usize) -> ProgressBar {
     }
     let style = ProgressStyle::with_template("{bar:30} {pos}/{len} {elapsed} (about {eta} left)");
     ProgressBar::new(inputs as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+/// Reads and searches one input; a frame is returned too.
+fn located(
+    args: &LocateArgs,
+    path: &Path,
+    options: &Options,
+    searcher: &mut dyn Searcher,
+    camera: &mut Option<Camera>,
+) -> Result<(Located, Option<Frame>), InputError> {
+    let input = path.display().to_string();
+    if path.is_dir() {
+        let frame = Frame::read(path)?;
+        let located = locate_frame_with(searcher, camera, &input, &frame, options)?;
+        return Ok((located, Some(frame)));
+    }
+    Ok((locate_cloud_with(searcher, &input, &Cloud::read(path, args.unit)?, options)?, None))
 }
 
 /// Works on one input; returns what to print and whether anything was accepted.
@@ -422,26 +546,19 @@ fn one(
     searcher: &mut dyn Searcher,
     camera: &mut Option<Camera>,
 ) -> Result<(String, bool), InputError> {
-    let input = path.display().to_string();
-    let located = if path.is_dir() {
-        let frame = Frame::read(path)?;
-        let located = locate_frame_with(searcher, camera, &input, &frame, options)?;
-        if let (Some(named), Some(camera)) = (&args.draw, camera) {
-            picture::of_frame(&frame, camera, &located, &args.output(named, &located))?;
+    let (located, frame) = located(args, path, options, searcher, camera)?;
+    if let Some(named) = &args.draw {
+        let file = args.output(named, &located);
+        match (&frame, camera) {
+            (Some(frame), Some(camera)) => picture::of_frame(frame, camera, &located, &file)?,
+            _ => picture::of_cloud(&located, &file)?,
         }
-        located
-    } else {
-        let located = locate_cloud_with(searcher, &input, &Cloud::read(path, args.unit)?, options)?;
-        if let Some(named) = &args.draw {
-            picture::of_cloud(&located, &args.output(named, &located))?;
-        }
-        located
-    };
+    }
     if let Some(named) = &args.cloud_out {
         let points: Vec<[f32; 3]> = located.points.iter().map(|p| [p.x, p.y, p.z]).collect();
         ply_out::write_ply(&args.output(named, &located), &points, &located.labels)?;
     }
-    let found = located.targets.iter().any(|target| target.refusal.is_none());
+    let found = located.accepted().next().is_some();
     let text = if args.json {
         let report = InputReport::new(&located);
         format!(

@@ -101,4 +101,22 @@ mod tests {
     fn the_command_line_is_consistent() {
         Cli::command().debug_assert();
     }
+
+    #[test]
+    fn the_examples_in_the_help_are_commands() {
+        let program = Cli::command();
+        let mut examples = 0;
+        for command in program.get_subcommands() {
+            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            for line in help.lines().filter_map(|line| line.strip_prefix("  varsac ")) {
+                // Behind many blanks comes what it is for; what the shell does is not ours.
+                let words = line.split("     ").next().unwrap().split(" > ").next().unwrap();
+                let words = std::iter::once("varsac").chain(words.split_whitespace());
+                let parsed = Cli::try_parse_from(words);
+                assert!(parsed.is_ok(), "{line}: {}", parsed.unwrap_err());
+                examples += 1;
+            }
+        }
+        assert!(examples > 8);
+    }
 }

@@ -6,7 +6,7 @@
 use super::canvas::{Canvas, Colour, Frame, Position, Stroke};
 use super::label;
 use super::outline::{View, Viewpoint, outline};
-use super::{DARK, Overlay, Scale, Status, TEXT, colour_of, draw_target, labels};
+use super::{DARK, Overlay, Scale, Status, TEXT, colour_of, draw_targets, labels};
 use crate::image::ColourImage;
 
 /// Size of the three views together, pixels.
@@ -62,8 +62,7 @@ pub fn draw_cloud(
         };
         draw_points(&mut canvas, points, targets, overlays, &project, &projection.along);
         let view = View { viewpoint: Viewpoint::Direction(projection.along), project: &project };
-        let outlines: Vec<Vec<Position>> =
-            overlays.iter().map(|overlay| draw_target(&mut canvas, overlay, &view, &scale)).collect();
+        let outlines = draw_targets(&mut canvas, overlays, &view, &scale);
         if place == 0 {
             label::draw_labels(&mut canvas, &labels(overlays, &outlines, &scale), &panel, &scale);
         }

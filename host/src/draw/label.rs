@@ -5,7 +5,7 @@
 //! picture.
 
 use super::canvas::{Canvas, Colour, Frame, Position, Stroke};
-use super::{DARK, Overlay, REASON, REFUSED, Scale, Status, TEXT, colour_of};
+use super::{DARK, Overlay, REASON, Scale, TEXT, UNCERTAINTY, colour_of, refused_stroke};
 use crate::image::ColourImage;
 
 /// Words that belong to a target.
@@ -17,7 +17,9 @@ pub(crate) struct Label {
     pub(crate) outline: Vec<Position>,
     /// Its colour, also that of the title.
     pub(crate) colour: Colour,
-    /// First line, bold.
+    /// Of a target that matters less: drawn fainter, under the others.
+    pub(crate) is_quiet: bool,
+    /// First line, bold unless quiet.
     pub(crate) title: String,
     /// Second line, left out when empty.
     pub(crate) words: String,
@@ -28,10 +30,15 @@ pub(crate) struct Label {
 /// Places and draws labels within a part of the canvas.
 pub(crate) fn draw_labels(canvas: &mut Canvas, labels: &[Label], within: &Frame, scale: &Scale) {
     let places = placed(labels, within, scale);
-    for (label, place) in labels.iter().zip(&places) {
+    let layers = || {
+        [true, false]
+            .into_iter()
+            .flat_map(|layer| labels.iter().zip(&places).filter(move |(label, _)| label.is_quiet == layer))
+    };
+    for (label, place) in layers() {
         draw_leader(canvas, label, place, scale);
     }
-    for (label, place) in labels.iter().zip(&places) {
+    for (label, place) in layers() {
         draw_label(canvas, label, place, scale);
     }
 }
@@ -105,23 +112,25 @@ fn draw_leader(canvas: &mut Canvas, label: &Label, place: &Frame, scale: &Scale)
     };
     let nearest = label.outline.iter().min_by(|p, q| distance(p).total_cmp(&distance(q)));
     if let Some(end) = nearest.filter(|end| distance(end) > 2.0 * scale.line_px) {
-        let stroke = Stroke::solid(0.5 * scale.line_px, label.colour);
+        let opacity = if label.is_quiet { 0.5 } else { 1.0 };
+        let stroke = Stroke { opacity, ..Stroke::solid(0.5 * scale.line_px, label.colour) };
         canvas.stroke_with_halo(&[nearest_in_place(end), *end], &stroke);
     }
 }
 
 fn draw_label(canvas: &mut Canvas, label: &Label, place: &Frame, scale: &Scale) {
     let padding = scale.line_px * 2.0;
-    canvas.fill(place, padding, DARK, 0.78);
+    canvas.fill(place, padding, DARK, if label.is_quiet { 0.5 } else { 0.82 });
     let bar = Frame {
         left: place.left + padding * 0.5,
         top: place.top + padding * 0.7,
         width: padding * 0.8,
         height: place.height - padding * 1.4,
     };
-    canvas.fill(&bar, padding * 0.4, label.colour, 1.0);
+    canvas.fill(&bar, padding * 0.4, label.colour, if label.is_quiet { 0.5 } else { 1.0 });
     let (x, y) = (place.left + 2.3 * padding, place.top + padding / 2.0);
-    scale.bold.draw(canvas, (x, y), &label.title, label.colour);
+    let title = if label.is_quiet { &scale.font } else { &scale.bold };
+    title.draw(canvas, (x, y), &label.title, label.colour);
     scale.font.draw(canvas, (x, y + scale.font.line_height()), &label.words, label.words_colour);
 }
 
@@ -132,19 +141,36 @@ pub(crate) fn with_legend(
     captions: &[&str],
     scale: &Scale,
 ) -> ColourImage {
-    let refused = overlays.iter().filter(|overlay| matches!(overlay.status, Status::Refused(_))).count();
+    let refused = overlays.iter().filter(|overlay| overlay.is_refused()).count();
     let found = overlays.len() - refused;
     let line = scale.line_px;
-    let dashed = Stroke { dash_px: Some((6.0 * line, 4.0 * line)), ..Stroke::solid(line, REFUSED) };
     let mut entries = vec![Entry {
         sample: Some(Stroke::solid(line, colour_of(1))),
         text: format!("found {found}"),
         colour: TEXT,
     }];
     if refused > 0 {
-        entries.push(Entry { sample: Some(dashed), text: format!("refused {refused}"), colour: REASON });
+        entries.push(Entry {
+            sample: Some(refused_stroke(scale)),
+            text: format!("refused {refused}"),
+            colour: REASON,
+        });
     }
-    entries.push(Entry { sample: None, text: "semi-axes in mm".into(), colour: TEXT });
+    let is_sure = |overlay: &Overlay| overlay.centre_covariance_mm2.is_some() && !overlay.is_refused();
+    if overlays.iter().any(is_sure) {
+        entries.push(Entry {
+            sample: Some(Stroke::solid(0.6 * line, UNCERTAINTY)),
+            text: "holds the centre (95 %)".into(),
+            colour: TEXT,
+        });
+        entries.push(Entry {
+            sample: None,
+            text: "semi-axes ± sigma of the centre in mm".into(),
+            colour: TEXT,
+        });
+    } else {
+        entries.push(Entry { sample: None, text: "semi-axes in mm".into(), colour: TEXT });
+    }
     entries.extend(captions.iter().map(|&text| Entry { sample: None, text: text.into(), colour: TEXT }));
 
     let margin = scale.font.line_height() / 2.0;
@@ -197,6 +223,7 @@ mod tests {
             around: Frame { left, top, width: 40.0, height: 40.0 },
             outline: vec![(left, top), (left + 40.0, top + 40.0)],
             colour: [255; 3],
+            is_quiet: false,
             title: "1  21.8 × 10.9 × 10.7 mm".into(),
             words: "77 %".into(),
             words_colour: TEXT,

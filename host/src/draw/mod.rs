@@ -2,8 +2,8 @@
 //!
 //! [`draw_overlays`] is for frames and [`draw_cloud`] for clouds without a picture. Both leave the
 //! picture itself as it is: small ones are enlarged by a whole number, so that lines and text stay legible, and the
-//! legend is a strip below. One colour a fruit, from a palette that colour-blind people can tell apart; refused ones
-//! are grey, dashed and say why.
+//! legend is a strip below. One colour a fruit, from a palette that colour-blind people can tell apart, over the refused
+//! ones: these are thin, grey and dashed outlines that say why.
 
 pub mod canvas;
 pub mod cloud;
@@ -14,6 +14,8 @@ pub mod text;
 pub use canvas::write_png;
 pub use cloud::draw_cloud;
 pub use outline::{View, Viewpoint};
+
+use nalgebra::Matrix3;
 
 use crate::eval::EllipsoidF64;
 use crate::image::ColourImage;
@@ -50,6 +52,8 @@ const PALETTE: [Colour; 5] = [[86, 180, 233], [240, 228, 66], [230, 159, 0], [22
 
 /// Colour of refused targets.
 const REFUSED: Colour = [205, 205, 205];
+/// Colour of the ellipse that holds the centre.
+const UNCERTAINTY: Colour = [255; 3];
 /// Colour of the reason.
 const REASON: Colour = [255, 150, 100];
 /// Colour of plain text.
@@ -73,6 +77,16 @@ impl Overlay {
             Status::Refused(_) => REFUSED,
         }
     }
+
+    pub(crate) fn is_refused(&self) -> bool {
+        matches!(self.status, Status::Refused(_))
+    }
+
+    /// Standard deviation of the centre in the direction in which it is largest, mm.
+    fn sigma_mm(&self) -> Option<f64> {
+        let rows = self.centre_covariance_mm2?;
+        Some(Matrix3::from(rows).symmetric_eigenvalues().max().sqrt())
+    }
 }
 
 /// Line widths and text size for a picture: they grow with it.
@@ -95,7 +109,7 @@ impl Scale {
     }
 }
 
-/// With more targets than this, labels are smaller, and only those of refused targets have a second line.
+/// With more targets than this, labels are smaller and have one line: the size, or why refused.
 const CROWD: usize = 12;
 
 /// Pictures narrower than this are enlarged.
@@ -123,8 +137,7 @@ pub fn draw_overlays(
         Some((place(u), place(v)))
     };
     let view = View { viewpoint: view.viewpoint, project: &project };
-    let outlines: Vec<_> =
-        overlays.iter().map(|overlay| draw_target(&mut canvas, overlay, &view, &scale)).collect();
+    let outlines = draw_targets(&mut canvas, overlays, &view, &scale);
     let whole = Frame { left: 0.0, top: 0.0, width: canvas.size().0 as f64, height: canvas.size().1 as f64 };
     label::draw_labels(&mut canvas, &labels(overlays, &outlines, &scale), &whole, &scale);
     label::with_legend(&canvas.finish(), overlays, captions, &scale)
@@ -144,31 +157,53 @@ fn enlarged(picture: &ColourImage, factor: usize) -> ColourImage {
     ColourImage { width, height, pixels }
 }
 
-/// Draws the lines of one target and returns its outline (empty when it is out of sight).
-pub(crate) fn draw_target(
+/// Draws the lines of all targets, the refused below the others, and returns their outlines in the order of the targets.
+pub(crate) fn draw_targets(
     canvas: &mut Canvas,
-    overlay: &Overlay,
+    overlays: &[Overlay],
     view: &View,
     scale: &Scale,
-) -> Vec<Position> {
+) -> Vec<Vec<Position>> {
+    let mut outlines = vec![Vec::new(); overlays.len()];
+    for layer in [true, false] {
+        for (overlay, line) in overlays.iter().zip(&mut outlines) {
+            if overlay.is_refused() == layer {
+                *line = draw_target(canvas, overlay, view, scale);
+            }
+        }
+    }
+    outlines
+}
+
+/// Draws the lines of one target and returns its outline (empty when it is out of sight).
+fn draw_target(canvas: &mut Canvas, overlay: &Overlay, view: &View, scale: &Scale) -> Vec<Position> {
     let line_px = scale.line_px;
-    let is_refused = matches!(overlay.status, Status::Refused(_));
-    let dash_px = is_refused.then_some((6.0 * line_px, 4.0 * line_px));
+    let line = outline::outline(&overlay.ellipsoid, view);
+    if overlay.is_refused() {
+        canvas.stroke_with_halo(&line, &refused_stroke(scale));
+        return line;
+    }
     let solid = |width_px| Stroke::solid(width_px, overlay.colour());
     let axes = outline::semi_axes(&overlay.ellipsoid, view);
     for (axis, width) in axes.iter().zip([0.9, 0.6, 0.6]).rev() {
         canvas.stroke_with_halo(axis, &Stroke { opacity: 0.9, ..solid(width * line_px) });
     }
-    let line = outline::outline(&overlay.ellipsoid, view);
-    canvas.stroke_with_halo(&line, &Stroke { dash_px, ..solid(line_px) });
+    canvas.stroke_with_halo(&line, &solid(line_px));
+    if let Some(centre) = (view.project)(overlay.ellipsoid.centre_mm) {
+        canvas.stroke_with_halo(&[centre], &solid(1.6 * line_px));
+    }
+    // Above the dot, so that it shows where it is smaller too.
     if let Some(covariance) = &overlay.centre_covariance_mm2 {
         let ellipse = outline::centre_uncertainty(overlay.ellipsoid.centre_mm, covariance, view);
-        canvas.stroke_with_halo(&ellipse, &Stroke::solid(0.6 * line_px, [255; 3]));
-    }
-    if let Some(centre) = (view.project)(overlay.ellipsoid.centre_mm) {
-        canvas.stroke_with_halo(&[centre], &Stroke::solid(2.0 * line_px, overlay.colour()));
+        canvas.stroke_with_halo(&ellipse, &Stroke::solid(0.6 * line_px, UNCERTAINTY));
     }
     line
+}
+
+/// How a refused target is outlined.
+fn refused_stroke(scale: &Scale) -> Stroke {
+    let line_px = scale.line_px;
+    Stroke { dash_px: Some((4.0 * line_px, 3.0 * line_px)), ..Stroke::solid(0.6 * line_px, REFUSED) }
 }
 
 /// The labels of those targets that are in sight.
@@ -177,20 +212,28 @@ fn labels(overlays: &[Overlay], outlines: &[Vec<Position>], scale: &Scale) -> Ve
         let outline: Vec<Position> =
             line.iter().copied().filter(|p| p.0.is_finite() && p.1.is_finite()).collect();
         let [a, b, c] = overlay.ellipsoid.semi_axes_mm;
-        let (words, words_colour) = match &overlay.status {
-            Status::Found(_) if scale.is_crowded => (String::new(), TEXT),
-            Status::Found(note) => (note.clone(), TEXT),
-            Status::Refused(reason) => (format!("refused: {reason}"), REASON),
+        let number = overlay.number;
+        let sigma = overlay.sigma_mm().map_or_else(String::new, |sigma| format!("  ± {sigma:.1}"));
+        let (title, words, words_colour) = match &overlay.status {
+            Status::Found(_) if scale.is_crowded => {
+                (format!("{number}  {a:.1} × {b:.1} × {c:.1}{sigma}"), String::new(), TEXT)
+            }
+            Status::Found(note) => {
+                (format!("{number}  {a:.1} × {b:.1} × {c:.1} mm{sigma}"), note.clone(), TEXT)
+            }
+            Status::Refused(reason) if scale.is_crowded => {
+                (format!("{number}  {reason}"), String::new(), REASON)
+            }
+            Status::Refused(reason) => {
+                (format!("{number}  {a:.1} × {b:.1} × {c:.1} mm"), format!("refused: {reason}"), REASON)
+            }
         };
         Some(Label {
             around: Frame::around(&outline)?,
             outline,
             colour: overlay.colour(),
-            title: format!(
-                "{}  {a:.1} × {b:.1} × {c:.1}{}",
-                overlay.number,
-                if scale.is_crowded { "" } else { " mm" }
-            ),
+            is_quiet: overlay.is_refused(),
+            title,
             words,
             words_colour,
         })
@@ -257,7 +300,11 @@ mod tests {
         let count =
             |image: &ColourImage, colour| image.pixels.iter().filter(|&&pixel| pixel == colour).count();
         assert!(count(&found, PALETTE[1]) > 200 && count(&refused, PALETTE[1]) == 0);
-        assert!(count(&refused, REFUSED) > 100 && count(&found, REFUSED) < 20);
+        // Its lines are thinner than two pixels and softened at their edges: few have the very colour.
+        assert!(count(&refused, REFUSED) > 0 && count(&found, REFUSED) < 20);
+        let nothing = draw_overlays(&picture, &[], &CAMERA, &[]);
+        let drawn = |image: &ColourImage| differences(image, &nothing, 0..1280);
+        assert!(drawn(&refused) > 500 && drawn(&refused) < drawn(&found), "refused targets stand back");
     }
 
     #[test]

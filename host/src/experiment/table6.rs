@@ -383,6 +383,7 @@ mod tests {
             points: Vec::new(),
             labels: Vec::new(),
             targets: tree.fruit.iter().map(target).collect(),
+            learnt_size: None,
             notes: Vec::new(),
             elapsed: std::time::Duration::ZERO,
         };

@@ -4,7 +4,9 @@
 //! region become points; each region is a cloud of its own and is searched on its own, regions side by side. A cloud
 //! given as such is one region. Results are in the order of the regions, and within a region in the order found.
 
+mod learn;
 mod region;
+mod whole;
 
 use std::time::{Duration, Instant};
 
@@ -23,7 +25,9 @@ use crate::{
     segment::{self, Regions, SegmentOptions},
 };
 
-pub use region::{Found, Here, Searcher, detector, fit_all, seen};
+pub use learn::LearntSize;
+pub use region::{Found, Here, Searcher, detector, seen};
+pub use whole::fit_all;
 
 /// Points a cloud may have: what 16-bit indices can name.
 pub const MAX_CAPACITY: usize = varsac_core::point::MAX_POINTS;
@@ -38,8 +42,12 @@ pub enum Method {
     Varsac,
     /// The paper's baseline: nine points, distance and normal.
     Ransac,
-    /// Least squares on all points of a region.
+    /// The paper's baseline: least squares on all points of a region.
     Direct,
+    /// One ellipsoid through all points, every one good: least squares of a frame-independent quadric, with uncertainty.
+    Algebraic,
+    /// The same with the least sum of squared distances from the surface.
+    Geometric,
 }
 
 impl Method {
@@ -51,6 +59,8 @@ impl Method {
             Self::Varsac => "varsac",
             Self::Ransac => "ransac",
             Self::Direct => "direct",
+            Self::Algebraic => "algebraic",
+            Self::Geometric => "geometric",
         }
     }
 }
@@ -85,6 +95,8 @@ pub struct Options {
     pub cloud_capacity: usize,
     /// What is known of the camera's noise.
     pub noise: CameraNoise,
+    /// What the size prior's mean was learnt from, if it was ([`Self::with_learnt_size`]).
+    pub learnt_size: Option<LearntSize>,
 }
 
 /// What a user knows of the camera's noise; what is not given follows from the kind of depth image.
@@ -133,6 +145,7 @@ impl Options {
             seed,
             cloud_capacity: MAX_CAPACITY,
             noise: CameraNoise::default(),
+            learnt_size: None,
         }
     }
 }
@@ -150,7 +163,32 @@ pub struct Refusal {
 
 impl std::fmt::Display for Refusal {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "refused: {} {:.2} (limit {:.2})", self.code, self.value, self.limit)
+        write!(f, "refused: {}", self.brief())?;
+        if self.has_value() {
+            write!(f, " (limit {})", figures(self.limit))?;
+        }
+        Ok(())
+    }
+}
+
+impl Refusal {
+    /// What failed and by what value, in short.
+    pub fn brief(&self) -> String {
+        if self.has_value() { format!("{} {}", self.code, figures(self.value)) } else { self.code.to_owned() }
+    }
+
+    fn has_value(&self) -> bool {
+        self.value != self.limit
+    }
+}
+
+/// As many decimals as three significant digits need: limits are anything from 0.025 to 20.
+fn figures(value: f32) -> String {
+    match value.abs() {
+        _ if value.fract() == 0.0 => format!("{value:.0}"),
+        small if small < 0.1 => format!("{value:.3}"),
+        medium if medium < 10.0 => format!("{value:.2}"),
+        _ => format!("{value:.1}"),
     }
 }
 
@@ -171,6 +209,13 @@ pub struct Target {
     pub covariance: Option<Covariance>,
 }
 
+impl Target {
+    /// To be trusted.
+    pub fn is_accepted(&self) -> bool {
+        self.refusal.is_none()
+    }
+}
+
 /// What was found in one input.
 #[derive(Debug, Clone)]
 pub struct Located {
@@ -188,10 +233,19 @@ pub struct Located {
     pub labels: Vec<u32>,
     /// What was found.
     pub targets: Vec<Target>,
+    /// What the size prior's mean was learnt from, if it was.
+    pub learnt_size: Option<LearntSize>,
     /// What a user should know: points thinned, points without measurement.
     pub notes: Vec<String>,
     /// Segmentation, back-projection and search; not reading.
     pub elapsed: Duration,
+}
+
+impl Located {
+    /// Targets that are to be trusted.
+    pub fn accepted(&self) -> impl Iterator<Item = &Target> {
+        self.targets.iter().filter(|target| target.is_accepted())
+    }
 }
 
 /// The camera of a frame, with what has to be kept alive for a [`View`] of it.
@@ -323,10 +377,13 @@ pub fn locate_cloud_with(
     let mut notes = notes;
     notes.extend(kept.is_thinned().then(|| kept.to_string()));
     let mut view = RegionView::of_cloud(kept.points);
+    let mut pitch_rad = view.pitch_rad;
     if options.config.map.viewpoint == Viewpoint::Origin {
-        view.pitch_rad = pitch_of(&view.points);
+        pitch_rad = pitch_of(&cloud.points_mm);
+        // Of the pixels of a thinned cloud each stands for several.
+        let stands_for = cloud.points_mm.len() as f32 / view.points.len().max(1) as f32;
+        view.pitch_rad = pitch_rad * stands_for.sqrt();
     }
-    let pitch_rad = view.pitch_rad;
     let work = Work { input, name: &cloud.name, started };
     search(&work, searcher, vec![view], (pitch_rad, false), notes, options)
 }
@@ -376,7 +433,7 @@ fn search(
     searcher: &mut dyn Searcher,
     views: Vec<RegionView>,
     (pitch_rad, interpolated): (f32, bool),
-    notes: Vec<String>,
+    mut notes: Vec<String>,
     options: &Options,
 ) -> Result<Located, InputError> {
     let mut options = options.clone();
@@ -386,6 +443,8 @@ fn search(
     }
     let found = searcher.search(&views, &options)?;
 
+    notes.extend(options.learnt_size.map(|learnt| learnt.to_string()));
+
     let mut located = Located {
         input: work.input.to_owned(),
         name: work.name.to_owned(),
@@ -394,6 +453,7 @@ fn search(
         points: Vec::new(),
         labels: Vec::new(),
         targets: Vec::new(),
+        learnt_size: options.learnt_size,
         notes,
         elapsed: Duration::ZERO,
     };

@@ -1,12 +1,9 @@
-//! The search of one region: the core's, a baseline's, or least squares on everything.
+//! The search of one region: the core's, a baseline's, or one ellipsoid through everything.
 
 use rayon::prelude::*;
-use varsac_core::{
-    CentralQuadric, Constraint, Detection, Detector, Ellipsoid, Point3, Rejection, Score, Status, View,
-    Workspace, fit, tebc::Shell,
-};
+use varsac_core::{Detection, Detector, Ellipsoid, Score, Status, View, Workspace, geometric::Criterion};
 
-use super::{MAX_CAPACITY, Method, Options, Refusal, Target};
+use super::{MAX_CAPACITY, Method, Options, Refusal, Target, whole};
 use crate::{
     baseline::{RansacOptions, ransac},
     error::InputError,
@@ -80,13 +77,15 @@ fn search_region(view: &RegionView, detector: &Detector, options: &Options) -> R
             }
             (targets, labels)
         }
-        Method::Direct => direct(cloud, options.config.constraint, options.config.shell),
+        Method::Direct => whole::direct(cloud, options.config.constraint, options.config.shell),
+        Method::Algebraic => whole::fitted(cloud, Criterion::Algebraic, options.config.shell),
+        Method::Geometric => whole::fitted(cloud, Criterion::Geometric, options.config.shell),
     };
     labels.resize(view.points.len(), 0);
     Ok((targets, labels))
 }
 
-fn target(ellipsoid: Ellipsoid, score: Score, trials: u32) -> Target {
+pub(super) fn target(ellipsoid: Ellipsoid, score: Score, trials: u32) -> Target {
     Target { region: 0, refusal: None, ellipsoid, score, trials, covariance: None }
 }
 
@@ -104,25 +103,6 @@ impl From<&Detection> for Target {
             ..target(detection.ellipsoid, detection.score, detection.report.trials)
         }
     }
-}
-
-/// Least squares on all points, without any size check (paper, Table 4 and 6). All points are its own; the score is
-/// counted with the same shell as everybody's.
-fn direct(cloud: &[Point3], constraint: Constraint, shell: f32) -> Found {
-    let Ok(surface) = fit_all(cloud, constraint) else { return (Vec::new(), vec![0; cloud.len()]) };
-    let shell = Shell::new(&surface, shell);
-    let labels: Vec<u32> = cloud.iter().map(|point| u32::from(shell.contains(point))).collect();
-    let score = Score { inliers: labels.iter().sum(), candidates: cloud.len() as u32 };
-    (vec![target(Ellipsoid::from(&surface), score, 1)], labels)
-}
-
-/// The core's fit on a whole cloud.
-///
-/// # Errors
-/// Why it is no ellipsoid.
-pub fn fit_all(cloud: &[Point3], constraint: Constraint) -> Result<CentralQuadric, Rejection> {
-    let all: Vec<u16> = (0..cloud.len().min(MAX_CAPACITY)).map(|index| index as u16).collect();
-    fit::fit(cloud, &all, constraint)
 }
 
 /// A workspace of a fitting size, on the heap; most regions are small.
