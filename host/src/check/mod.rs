@@ -2,8 +2,8 @@
 //!
 //! Both sides get the same inputs ([`Family`]) and write down the result of every stage in the same shape; any bit
 //! that differs is a difference. The reference (`varsac_reference`) is a program of its own, written from the numeric contract
-//! (`core/docs/numerics.md`, `core/docs/numerics-map.md`), so agreement means that the core computes what the contract says. Whether that is also
-//! *accurate* is another question, with other tests (`tests/tests/accuracy.rs`).
+//! (`core/docs/numerics.md`, `numerics-map.md`, `numerics-mixture.md`), so agreement means that the core computes what the
+//! contract says. Whether that is also *accurate* is another question, with other tests (`tests/tests/accuracy.rs`).
 //!
 //! `varsac check --cases 20000` is a long run of half a minute of processor time, `tests/tests/bit_exact.rs` the short
 //! one, with the proof that a difference in any stage is found.

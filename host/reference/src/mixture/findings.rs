@@ -112,7 +112,10 @@ fn coverage(sums: &Sums) -> f32 {
     let cap = 1.0 - root(dot(m, m) - 1.0 / sums.members);
     let e = smallest_eigenvalue(&sums.sphere.q);
     let band = root(3.0 * (e / sums.area) + 1.0 / libm::sqrtf(sums.members));
-    if (cap < band) != fault::is(Fault::Coverage) { cap } else { band }
+    if fault::is(Fault::Coverage) {
+        return if cap < band { band } else { cap };
+    }
+    if cap < band { cap } else { band }
 }
 
 /// M18.9 of a local covariance, with 0 for a largest eigenvalue that is not above 0 (X10).
