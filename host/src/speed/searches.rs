@@ -63,7 +63,7 @@ pub fn hypotheses(views: &[Vec<Point3>]) -> Vec<Contender<'_>> {
         of_core("default search", default_search, drawn),
         Contender::new("RANSAC, distance and normal", move || {
             // No ratio reaches this confidence: every trial asked for is made, whether a target comes of it or not.
-            let trials = |cloud| {
+            let trials = |cloud: &Vec<[f32; 3]>| {
                 black_box(ransac(cloud, &options, 1));
                 u64::from(RANSAC_TRIALS)
             };
