@@ -72,7 +72,7 @@ pub fn reference_map_config(config: &Config) -> reference::MapConfig {
         spread_ab: map.prior.spread_ab,
         spread_bc: map.prior.spread_bc,
         boxiness: map.boxiness,
-        noise: noise(&map.noise),
+        noise: noise(map.noise),
         independence: map.independence,
         viewpoint: viewpoint(map.viewpoint),
         outline_offset: map.outline_offset_rad,
@@ -110,7 +110,7 @@ pub fn reference_mixture_config(config: &Config) -> reference::MixtureConfig {
         max_targets: config.max_targets,
         max_failures: u32::from(config.max_failures),
         viewpoint: viewpoint(mixture.viewpoint),
-        noise: noise(&mixture.noise),
+        noise: noise(mixture.noise),
         sample: mixture.sample,
         starts: mixture.starts,
         area_weight: mixture.area_weight,
@@ -130,7 +130,7 @@ pub fn reference_mixture_config(config: &Config) -> reference::MixtureConfig {
     }
 }
 
-fn noise(noise: &Noise) -> reference::Noise {
+fn noise(noise: Noise) -> reference::Noise {
     reference::Noise { axial: noise.axial_mm, lateral: noise.lateral_rad }
 }
 

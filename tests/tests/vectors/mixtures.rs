@@ -138,7 +138,7 @@ impl Found {
         let e = &body.ellipsoid;
         let centre = [e.centre.x, e.centre.y, e.centre.z];
         self.ellipsoids.extend([&centre[..], &e.semi_axes, e.axes.as_flattened()].concat());
-        self.covariances.extend(body.covariance.iter().flat_map(|covariance| covariance.packed()));
+        self.covariances.extend(body.covariance.iter().flat_map(varsac_core::Covariance::packed));
         self.verdicts.extend(match &body.status {
             Status::Accepted => [0.0; 3],
             Status::Refused(refusal) => [code_number(refusal.code.name()), refusal.value, refusal.limit],
