@@ -114,7 +114,9 @@ pub struct Gate {
 }
 
 impl Gate {
-    /// The default, for fruit of a jujube's size; see [`Self::scaled`].
+    /// The default, for fruit of a jujube's size; see [`Self::scaled`]. On 5000 mixed views (`varsac experiment calibration`: 0.5 to
+    /// 1.3 m, to 60 % covered, neighbours, leaves) it accepted 86 % with outline rays, 0.07 % of them wrong by more than 5 mm, and 70 %
+    /// without, 0.18 % of them wrong. Of fruit of 0.7 and 1.3 times the size it took 3 and 1.3 % for jujubes, of balls and branches none.
     pub const BALANCED: Self = Self {
         min_points: 20,
         size_conflict: 10.0,
@@ -130,7 +132,7 @@ impl Gate {
         shared_volume: 0.75,
     };
 
-    /// Tighter limits: fewer accepted, fewer wrong.
+    /// Tighter limits. On the same views: 62 % accepted with outline rays, 0.03 % of them wrong; 45 and 0.07 % without.
     pub const STRICT: Self = Self {
         size_conflict: 7.0,
         size_conflict_end_on: 3.5,
@@ -142,7 +144,8 @@ impl Gate {
         ..Self::BALANCED
     };
 
-    /// More accepted, more wrong.
+    /// Looser limits. On the same views: 94 % accepted with outline rays, 0.44 % of them wrong; 82 and 0.67 % without. Fruit of other
+    /// sizes and balls pass by the tenth.
     pub const EAGER: Self = Self {
         size_conflict: 14.0,
         size_conflict_end_on: 14.0,

@@ -118,10 +118,11 @@ fn coverage(sums: &Sums) -> f32 {
     if cap < band { cap } else { band }
 }
 
-/// M18.9 of a local covariance, with 0 for a largest eigenvalue that is not above 0 (X10).
+/// M18.9 of a local covariance.
 fn deviation(covariance: Option<&[f32; 45]>) -> f32 {
     let Some(&[xx, xy, yy, xz, yz, zz, ..]) = covariance else { return f32::INFINITY };
-    root(ascending(&eigen(&Symmetric { xx, yy, zz, xy, xz, yz })).values[2])
+    let largest = ascending(&eigen(&Symmetric { xx, yy, zz, xy, xz, yz })).values[2];
+    if largest > 0.0 { libm::sqrtf(largest) } else { f32::INFINITY }
 }
 
 /// What the tests look at.
