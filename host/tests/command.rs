@@ -469,7 +469,7 @@ fn the_demonstration_finds_fruit_and_draws_it() {
     let output = varsac(folder.path(), &[], "");
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let stdout = text(&output.stdout);
-    assert!(stdout.contains("varsac-demo.png") && stdout.contains(" 0 false"), "{stdout}");
+    assert!(stdout.contains("varsac-demo.png") && stdout.contains(" 0 of them false"), "{stdout}");
     let picture = png_file::read(&folder.path().join("varsac-demo.png"), png_file::decode_colour).unwrap();
     assert_eq!(picture.width, 1920);
     let saved = varsac(folder.path(), &["demo", "--save-frame", "frame"], "");
