@@ -5,7 +5,8 @@
 //! 1. [`frame`] reads a folder with colour, depth and calibration; [`cloud`] reads point clouds; [`synth`] renders
 //!    scenes whose truth is known.
 //! 2. [`segment`] finds the regions of fruit colour; [`kinect`] maps the pixels of one camera to those of the other.
-//! 3. [`backproject`] turns the depth pixels of each region into points; [`decimate`] thins what exceeds the capacity.
+//! 3. [`region_view`] turns the depth pixels of each region, and of what surrounds it, into points ([`backproject`]) and finds the rays
+//!    along its [`outline`]; [`decimate`] thins clouds that exceed the capacity.
 //! 4. [`locate`] searches each region with the core, or with a [`baseline`] to compare with.
 //! 5. [`report`] prints tables and JSON, [`picture`] and [`draw`] make pictures, [`ply_out`] writes coloured clouds,
 //!    [`eval`] holds results against the truth.

@@ -6,6 +6,7 @@
 //!
 //! So the first fruit is handed out when the last has been found: what a fruit is depends on what lies beside it.
 
+mod config;
 mod joint;
 mod judge;
 mod measures;
@@ -13,6 +14,8 @@ mod noise;
 pub(crate) mod search;
 
 use heapless::Vec;
+
+pub use self::config::MapConfig;
 
 use self::{
     joint::Joint,
