@@ -7,6 +7,7 @@ mod check;
 mod demo;
 mod experiment;
 mod locate;
+mod locate_args;
 mod simulate;
 
 use clap::{CommandFactory, Parser, Subcommand};
