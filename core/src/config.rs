@@ -164,7 +164,8 @@ impl Config {
             map: MapConfig {
                 // A gripper for apples forgives a centimetre; leaves cover two thirds of many.
                 gate: Gate {
-                    uncertain_mm: 9.0,
+                    size_conflict: 12.0,
+                    uncertain_mm: 12.0,
                     visible: 0.3,
                     through: 0.25,
                     ..MapConfig::of(SizePrior::APPLE).gate

@@ -58,7 +58,7 @@ pub struct ViewOptions {
 }
 
 /// Focal length, in pixels, beyond which depth is taken for interpolated: no time-of-flight camera of today has a longer one.
-const NATIVE_FOCAL_PX: f64 = 560.0;
+const NATIVE_FOCAL_PX: f64 = 650.0;
 
 /// The depth image on its thinned grid.
 struct Grid<'a> {
@@ -134,7 +134,7 @@ pub fn pitch_of(points: &[Point3]) -> f32 {
 
 impl ViewOptions {
     /// Points a region may have unless said otherwise: a fruit of the nearest kind fills half of it.
-    pub const CAPACITY: usize = 1024;
+    pub const CAPACITY: usize = 2048;
     /// Outline rays a region may have unless said otherwise: what a co-processor takes.
     pub const OUTLINE_CAPACITY: usize = varsac_core::link::payload::OUTLINE_CAPACITY;
 

@@ -76,7 +76,7 @@ pub(super) struct LocateArgs {
     /// Unit of a cloud's coordinates [default: m for .pcd, mm otherwise].
     #[arg(long, value_enum)]
     pub(super) unit: Option<Unit>,
-    /// Points a region or cloud may have; larger ones are thinned evenly [default: 1024 for a region of a frame,
+    /// Points a region or cloud may have; larger ones are thinned evenly [default: 2048 for a region of a frame,
     /// 65535 for a cloud].
     #[arg(long, value_name = "N")]
     capacity: Option<usize>,
